@@ -1,0 +1,99 @@
+# Copyright 2026 The wallnav_ros authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+Angles, planar poses and distances, vectorised over any leading axes.
+
+Poses are (x, y, yaw) in metres and radians, axes and signs as in REP-103.
+"""
+
+import numpy as np
+
+
+def wrap_angle(angle):
+    """Return `angle` (...) in radians, wrapped to [-pi, pi)."""
+    return (np.asarray(angle) + np.pi) % (2.0 * np.pi) - np.pi
+
+
+def rotate(vectors, yaw):
+    """Rotate `vectors` (..., 2) counter-clockwise by `yaw` (...) radians."""
+    vectors = np.asarray(vectors, dtype=float)
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    x, y = vectors[..., 0], vectors[..., 1]
+    return np.stack((cos * x - sin * y, sin * x + cos * y), axis=-1)
+
+
+def to_parent(pose, points):
+    """Express `points` (..., 2), given in the frame placed at `pose` (3,), in its parent."""
+    return rotate(points, pose[2]) + np.asarray(pose[:2], dtype=float)
+
+
+def to_child(pose, points):
+    """Express `points` (..., 2), given in the parent frame, in the frame placed at `pose` (3,)."""
+    return rotate(np.asarray(points, dtype=float) - np.asarray(pose[:2], dtype=float), -pose[2])
+
+
+def compose(parent, child):
+    """Return the pose (3,) of `child` (3,), given relative to `parent` (3,), in parent's parent."""
+    x, y = to_parent(parent, child[:2])
+    return np.array([x, y, float(wrap_angle(parent[2] + child[2]))])
+
+
+def invert(pose):
+    """Return the pose (3,) of the parent frame as seen from the frame placed at `pose` (3,)."""
+    x, y = rotate(-np.asarray(pose[:2], dtype=float), -pose[2])
+    return np.array([x, y, float(wrap_angle(-pose[2]))])
+
+
+def drive_unicycle(pose, linear, angular, duration):
+    """
+    Drive a unicycle at constant velocities, exactly along its arc.
+
+    `pose` (..., 3), `linear` (...) in m/s, `angular` (...) in rad/s and `duration` (...) in s
+    broadcast against each other; returns the poses (..., 3) reached.
+    """
+    pose = np.asarray(pose, dtype=float)
+    turn = np.asarray(angular) * duration
+    # The chord of the arc: its length tends to linear * duration as the turn tends to zero.
+    chord = np.asarray(linear) * duration * np.sinc(turn / (2.0 * np.pi))
+    heading = pose[..., 2] + 0.5 * turn
+    return np.stack(np.broadcast_arrays(
+        pose[..., 0] + chord * np.cos(heading),
+        pose[..., 1] + chord * np.sin(heading),
+        wrap_angle(pose[..., 2] + turn)), axis=-1)
+
+
+def nearest_on_segments(points, segments):
+    """
+    Return the nearest point on each of `segments` (M, 2, 2) to each of `points` (P, 2).
+
+    The result (P, M, 2) is in the frame of the arguments; a segment of zero length is its point.
+    """
+    points = np.asarray(points, dtype=float)[:, None, :]
+    start, along = segments[None, :, 0], (segments[:, 1] - segments[:, 0])[None]
+    squared = np.sum(along * along, axis=-1)
+    fraction = np.sum((points - start) * along, axis=-1) / np.where(squared > 0.0, squared, 1.0)
+    return start + np.clip(fraction, 0.0, 1.0)[..., None] * along
+
+
+def closest_approach(offset, motion):
+    """
+    Return the least distance (...) of `offset` + t * `motion`, t in [0, 1], from the origin.
+
+    `offset` and `motion` (..., 2) are the position of one disc relative to another and the
+    change of that position over a step, both in metres.
+    """
+    squared = np.einsum('...i,...i->...', motion, motion)
+    fraction = -np.einsum('...i,...i->...', offset, motion) / np.where(squared > 0.0, squared, 1.0)
+    nearest = offset + np.clip(fraction, 0.0, 1.0)[..., None] * motion
+    return np.sqrt(np.einsum('...i,...i->...', nearest, nearest))
