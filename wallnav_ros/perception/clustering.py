@@ -1,0 +1,105 @@
+# Copyright 2026 The wallnav_ros authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+Beam ends to clusters: breaks where neighbours lie further apart than one surface explains.
+
+Range-scaled jump distance, after Dietmayer et al. 2001 and Borges and Aldon 2004.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Clusters:
+    """
+    Runs of neighbouring beam ends, in the frame of the points they were made from.
+
+    owner: (P,) int, the cluster of every point.
+    count: (C,) points in each.
+    centroid: (C, 2) metres.
+    width: (C,) metres across the line of sight, half a beam added at either end.
+    depth: (C,) metres along the line of sight.
+    distance: (C,) metres from the scanner to the centroid.
+    """
+
+    owner: np.ndarray
+    count: np.ndarray
+    centroid: np.ndarray
+    width: np.ndarray
+    depth: np.ndarray
+    distance: np.ndarray
+
+    def __len__(self):
+        """Return the number of clusters."""
+        return len(self.count)
+
+
+def split_runs(angles, ranges, step, closed=False,
+               break_distance=0.12, beam_factor=2.5, break_limit=0.5):
+    """
+    Return the cluster (P,) of each beam end of a sweep, given in beam order.
+
+    angles, ranges: (P,) radians and metres of the beams that hit something.
+    step: radians between two beams; with `closed` the last beam is next to the first.
+    Two neighbours are one surface when they are within `break_distance` metres, or within
+    `beam_factor` times what their angle spans at their range, up to `break_limit` metres.
+    Missing beams between them widen the angle up to `beam_factor` steps.
+    """
+    if not len(ranges):
+        return np.empty(0, dtype=np.intp)
+    following, turned = np.roll(ranges, -1), np.roll(angles, -1)
+    turn = np.abs((turned - angles + np.pi) % (2.0 * np.pi) - np.pi)
+    chord = np.sqrt(np.maximum(
+        ranges ** 2 + following ** 2 - 2.0 * ranges * following * np.cos(turn), 0.0))
+    nearer = np.minimum(ranges, following)
+    spacing = nearer * np.minimum(turn, beam_factor * step)
+    allowed = np.clip(beam_factor * spacing, break_distance, break_limit)
+    broken = chord > allowed
+    owner = np.concatenate(([0], np.cumsum(broken[:-1])))
+    if closed and not broken[-1]:
+        owner[owner == owner[-1]] = 0
+    return owner
+
+
+def describe(points, origin, owner, step):
+    """
+    Return the Clusters of `points` (P, 2) seen from `origin` (2,), with `owner` (P,) given.
+
+    `step` is the angle between beams in radians. Owners must be 0 .. C-1, each used.
+    """
+    total = int(owner.max()) + 1 if len(owner) else 0
+    if not total:
+        nothing = np.empty(0)
+        return Clusters(owner, nothing.astype(int), np.empty((0, 2)), nothing, nothing, nothing)
+    count = np.bincount(owner, minlength=total)
+    centroid = np.stack([np.bincount(owner, points[:, axis], total) for axis in (0, 1)], 1)
+    centroid /= count[:, None]
+    sight = centroid - origin
+    distance = np.hypot(sight[:, 0], sight[:, 1])
+    sight = sight / np.maximum(distance, 1e-6)[:, None]
+    offset = points - centroid[owner]
+    along = np.einsum('ij,ij->i', offset, sight[owner])
+    across = offset[:, 1] * sight[owner, 0] - offset[:, 0] * sight[owner, 1]
+    width = _spread(across, owner, total) + distance * step
+    return Clusters(owner, count, centroid, width, _spread(along, owner, total), distance)
+
+
+def _spread(values, owner, total):
+    """Return max - min (C,) of `values` (P,) over each owner."""
+    order = np.argsort(owner, kind='stable')
+    first = np.searchsorted(owner[order], np.arange(total))
+    ordered = values[order]
+    return np.maximum.reduceat(ordered, first) - np.minimum.reduceat(ordered, first)
