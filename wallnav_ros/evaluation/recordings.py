@@ -17,6 +17,7 @@ Recorded scans and odometry from rosbag2 folders, with no ROS graph.
 Read by PyPI `rosbags` (sqlite3, mcap; metadata versions 1 to 9); frames follow REP-105.
 """
 
+from collections import Counter
 from contextlib import contextmanager
 from dataclasses import dataclass
 import math
@@ -26,7 +27,7 @@ import numpy as np
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import get_typestore, Stores
 
-from wallnav_ros.perception.scan import Scan
+from wallnav_ros.perception.scan import Scan, ScanError
 
 SCAN_TYPE = 'sensor_msgs/msg/LaserScan'
 ODOMETRY_TYPE = 'nav_msgs/msg/Odometry'
@@ -89,6 +90,7 @@ class Recording:
 
     path: the folder. topics: {name: (type, message count)}.
     scan_topic, odom_topic: as found in the bag; odom_topic is None without odometry.
+    rejected: how many scans were unusable, by reason; filled by `records`.
     """
 
     def __init__(self, path, scan_topic=None, odom_topic=None):
@@ -100,6 +102,7 @@ class Recording:
         topics would do.
         """
         self.path = Path(path)
+        self.rejected = Counter()
         self._typestore = get_typestore(Stores.ROS2_JAZZY)
         with self._open() as reader:
             self.topics = {topic: (info.msgtype, info.msgcount)
@@ -120,16 +123,22 @@ class Recording:
         """
         Yield every ScanRecord and OdometryRecord in the order they were received.
 
+        A scan that cannot be used at all is counted in `rejected` and left out.
         Raises RecordingError when a file is damaged or no scan comes out of it.
         """
-        scans = 0
+        scans, self.rejected = 0, Counter()
         wanted = {self.scan_topic, self.odom_topic} - {None}
         for topic, bag_time, message in self._messages(wanted):
-            if topic == self.scan_topic:
-                scans += 1
-                yield _scan_record(bag_time, message)
-            else:
+            if topic != self.scan_topic:
                 yield _odometry_record(bag_time, message)
+                continue
+            scans += 1
+            try:
+                record = _scan_record(bag_time, message)
+            except ScanError as error:
+                self.rejected[str(error)] += 1
+                continue
+            yield record
         if not scans:
             raise RecordingError(f'{self.path}: {self.scan_topic}: holds no message: '
                                  'record longer, or choose another --scan-topic')
