@@ -1,0 +1,191 @@
+# Copyright 2026 The wallnav_ros authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+Decision by looking ahead: reward along the way plus the discounted value at its end.
+
+Paper section 4; horizons longer than one step hold the heading an action turns to.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wallnav_ros.policy import features
+from wallnav_ros.policy.actions import STOP, make_actions
+from wallnav_ros.policy.rewards import reward_terms, someone_passing, StepFacts, total
+from wallnav_ros.world.geometry import closest_approach, drive_unicycle
+from wallnav_ros.world.state import Agents, Robot
+
+GOAL_TOLERANCE = 0.2      # m, distance at which the goal counts as reached
+
+
+@dataclass(frozen=True)
+class Rule:
+    """
+    How far an action is followed before the value network is asked.
+
+    horizons: steps; the scores of several horizons are averaged. (1,) is the paper's rule.
+    time_step: s; discount: gamma of the paper; reward: R1 to R4.
+    """
+
+    horizons: tuple = (1,)
+    time_step: float = 0.25
+    discount: float = 0.9
+    reward: str = 'R4'
+
+
+@dataclass(frozen=True)
+class Decision:
+    """
+    One decision.
+
+    command: (2,) m/s and rad/s. action: its index. safe: False when every action is predicted
+    to collide within one step (the command then stops). path: (K, 3) poses predicted along
+    the action, in the observation's frame. scores: (A,), -inf where a collision is predicted
+    within one step.
+    """
+
+    command: np.ndarray
+    action: int
+    safe: bool
+    path: np.ndarray
+    scores: np.ndarray
+
+
+@dataclass(frozen=True)
+class Rollout:
+    """
+    Every action followed for H steps from B states.
+
+    poses: (B, A, H, 3); rewards: (B, A, H); over: (B, A, H) bool, the goal reached or a
+    collision at or before that step; collided: (B, A) bool, a collision in the first step.
+    """
+
+    poses: np.ndarray
+    rewards: np.ndarray
+    over: np.ndarray
+    collided: np.ndarray
+
+
+class Lookahead:
+    """
+    Chooses among the actions with a value function.
+
+    value: callable from Features with leading axis (S,) to values (S,); NumPy or a wrapped
+    torch network alike.
+    """
+
+    def __init__(self, value, actions, rule=Rule()):
+        self.value = value
+        self.actions = actions
+        self.rule = rule
+
+    @classmethod
+    def from_weights(cls, value_function, horizons=None):
+        """Return the Lookahead that weights were trained for; `horizons` overrides its rule."""
+        about = value_function.metadata
+        rule = Rule(tuple(horizons or about['decision']['horizons']), about['time_step'],
+                    about['discount'], about['reward'])
+        return cls(value_function, make_actions(**about['actions']), rule)
+
+    def decide(self, observation):
+        """Return the Decision for one Observation."""
+        robot, agents = observation.robot, observation.agents
+        batch = Robot(*(np.asarray(part)[None] for part in vars(robot).values()))
+        crowd = Agents(*(part[None] for part in vars(agents).values()))
+        scores, rollout = self.evaluate(batch, crowd, observation.walls)
+        scores = np.where(rollout.collided[0], -np.inf, scores[0])
+        safe = bool(np.isfinite(scores).any())
+        action = int(scores.argmax()) if safe else STOP
+        command = self.actions.commands(robot.preferred_speed)[action]
+        path = np.concatenate((robot.pose[None], rollout.poses[0, action]))
+        return Decision(command, action, safe, path, scores)
+
+    def evaluate(self, robot, agents, walls):
+        """
+        Return the score (B, A) of every action in B states, and the Rollout behind it.
+
+        `robot` has leading axis (B,), `agents` (B, N), `walls` is their common DistanceField.
+        """
+        rule = self.rule
+        rollout = self.roll_out(robot, agents, walls)
+        step_discount = rule.discount ** (rule.time_step * robot.preferred_speed)
+        powers = step_discount[:, None] ** np.arange(max(rule.horizons) + 1)
+        gained = np.cumsum(powers[:, None, :-1] * rollout.rewards, axis=-1)
+        score = np.zeros(rollout.collided.shape)
+        for horizon in rule.horizons:
+            state, action = np.nonzero(~rollout.over[..., horizon - 1])
+            value = np.zeros_like(score)
+            if len(state):
+                value[state, action] = self.value(
+                    self._leaves(robot, agents, walls, rollout, horizon, state, action))
+            score += gained[..., horizon - 1] + powers[:, horizon, None] * value
+        return score / len(rule.horizons), rollout
+
+    def roll_out(self, robot, agents, walls):
+        """Return the Rollout of every action: turn for one step, then keep the heading."""
+        rule, steps = self.rule, max(self.rule.horizons)
+        commands = self.actions.commands(robot.preferred_speed)
+        speed, turn_rate = commands[..., 0], commands[..., 1]
+        first = drive_unicycle(robot.pose[:, None], speed, turn_rate, rule.time_step)
+        heading = np.stack((np.cos(first[..., 2]), np.sin(first[..., 2])), axis=-1)
+        stride = (speed * rule.time_step)[..., None] * heading
+        further = stride[:, :, None] * np.arange(steps)[:, None]
+        position = first[:, :, None, :2] + further
+        before = np.concatenate(
+            (np.broadcast_to(robot.position[:, None, None], position[:, :, :1].shape),
+             position[:, :, :-1]), axis=2)
+        collided, facts = self._facts(robot, agents, walls, before, position, speed)
+        rewards = total(reward_terms(rule.reward, facts))
+        over = np.logical_or.accumulate(facts.reached | collided, axis=-1)
+        rewards[..., 1:][over[..., :-1]] = 0.0
+        poses = np.concatenate((position, np.broadcast_to(
+            first[:, :, None, 2:], position.shape[:-1] + (1,))), axis=-1)
+        return Rollout(poses, rewards, over, collided[..., 0])
+
+    def _facts(self, robot, agents, walls, before, after, speed):
+        """Return collisions (B, A, H) and the StepFacts of moving from `before` to `after`."""
+        dt = self.rule.time_step
+        radius = robot.radius[:, None, None]
+        motion = after - before
+        distance = np.linalg.norm(robot.goal[:, None, None] - after, axis=-1)
+        came_from = np.linalg.norm(robot.goal[:, None, None] - before, axis=-1)
+        agent_gap = np.full(distance.shape, np.inf)
+        if agents.radius.shape[-1]:
+            when = np.arange(after.shape[2])[:, None, None] * dt
+            there = agents.position[:, None] + when * agents.velocity[:, None]
+            approach = closest_approach(
+                before[..., None, :] - there[:, None],
+                motion[..., None, :] - dt * agents.velocity[:, None, None])
+            gap = approach - radius[..., None] - agents.radius[:, None, None]
+            agent_gap = np.where(agents.present[:, None, None], gap, np.inf).min(axis=-1)
+        # The wall is felt half way too: a step is longer than a thin wall is thick.
+        wall_gap = np.minimum(walls.at(after), walls.at(0.5 * (before + after))) - radius
+        passing = someone_passing(robot, agents)[:, None] & (speed == 0.0)
+        facts = StepFacts(
+            reached=distance < GOAL_TOLERANCE, agent_gap=agent_gap,
+            progress=came_from - distance, moved=np.linalg.norm(motion, axis=-1),
+            yielding=passing[..., None], wall_gap=wall_gap)
+        return (agent_gap <= 0.0) | (wall_gap <= 0.0), facts
+
+    def _leaves(self, robot, agents, walls, rollout, horizon, state, action):
+        """Return the Features of the states reached at `horizon`, for rows (state, action)."""
+        commands = self.actions.commands(robot.preferred_speed)
+        later = Robot(rollout.poses[state, action, horizon - 1], commands[state, action],
+                      robot.goal[state], robot.radius[state], robot.preferred_speed[state])
+        moved = agents.position + horizon * self.rule.time_step * agents.velocity
+        crowd = Agents(moved, agents.velocity, agents.radius, agents.present)
+        clearance = features.agent_clearance(crowd, walls)
+        crowd = Agents(*(part[state] for part in vars(crowd).values()))
+        return features.extract(later, crowd, clearance[state], walls)

@@ -1,0 +1,188 @@
+# Copyright 2026 The wallnav_ros authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+The three-MLP value network's forward pass in NumPy, and its weight files.
+
+Paper section 3 (Fig. 2); trained by `wallnav_ros.learning`, proven equal to it by a test.
+"""
+
+from dataclasses import dataclass
+import json
+from pathlib import Path
+import zipfile
+
+import numpy as np
+
+from wallnav_ros.policy import features as feature_set
+from wallnav_ros.world.files import atomic_write
+
+FORMAT = 1
+MAX_BYTES = 64 * 1024 * 1024     # a file that unpacks to more is not one of ours
+METADATA = ('format', 'network', 'features', 'actions', 'reward', 'decision', 'time_step',
+            'discount', 'training')
+
+
+class WeightsError(ValueError):
+    """A weight file that cannot be trusted; one line naming file, fault and fix."""
+
+
+def layer_shapes(sizes):
+    """
+    Return {tensor name: shape} of the network whose layer `sizes` are given.
+
+    `sizes` maps mlp1, mlp2, attention and mlp3 to lists of layer widths. Weights are
+    (inputs, outputs), as in y = x @ W + b.
+    """
+    own = len(feature_set.ROBOT) + feature_set.WALL_RAYS
+    inputs = {'mlp1': own + len(feature_set.AGENT), 'mlp2': sizes['mlp1'][-1],
+              'attention': 2 * sizes['mlp1'][-1], 'mlp3': own + sizes['mlp2'][-1]}
+    shapes = {}
+    for name, width in inputs.items():
+        for number, output in enumerate(sizes[name]):
+            shapes[f'{name}.{number}.weight'] = (width, output)
+            shapes[f'{name}.{number}.bias'] = (output,)
+            width = output
+    return shapes
+
+
+@dataclass(frozen=True)
+class ValueFunction:
+    """
+    Weights and what they were trained with.
+
+    metadata: see docs/models.md; tensors: {name: float32 array} as in `layer_shapes`.
+    """
+
+    metadata: dict
+    tensors: dict
+
+    def __call__(self, features):
+        """Return the values (...) of `features`, whose leading axes are (...)."""
+        leading = features.robot.shape[:-1]
+        own = np.concatenate((features.robot, features.walls), axis=-1).reshape(
+            -1, features.robot.shape[-1] + features.walls.shape[-1])
+        crowd = self._crowd(own, features.agents.reshape(len(own), *features.agents.shape[-2:]),
+                            features.present.reshape(len(own), -1))
+        value = self._stack('mlp3', np.concatenate((own, crowd), axis=-1))
+        return value[:, 0].reshape(leading)
+
+    def _crowd(self, own, agents, present):
+        """Return the attention-weighted sum (S, C) of agent features; zero without agents."""
+        sizes = self.metadata['network']['sizes']
+        state, agent = np.nonzero(present)
+        crowd = np.zeros((len(own), sizes['mlp2'][-1]), dtype=np.float32)
+        if not len(state):
+            return crowd
+        # The first layer is split: its robot-and-walls part is the same for all of a state's
+        # agents, so it is multiplied once per state instead of once per agent.
+        weight, split = self.tensors['mlp1.0.weight'], own.shape[1]
+        shared = own @ weight[:split] + self.tensors['mlp1.0.bias']
+        hidden = np.maximum(agents[state, agent] @ weight[split:] + shared[state], 0.0)
+        hidden = self._stack('mlp1', hidden, first=1, last_relu=True)
+        start = np.flatnonzero(np.diff(state, prepend=-1))
+        row = np.cumsum(np.diff(state, prepend=state[0]) != 0)
+        count = np.diff(np.append(start, len(state)))[:, None].astype(np.float32)
+        mean = np.add.reduceat(hidden, start) / count
+        weight, split = self.tensors['attention.0.weight'], hidden.shape[1]
+        shared = mean @ weight[split:] + self.tensors['attention.0.bias']
+        score = self._stack('attention', np.maximum(hidden @ weight[:split] + shared[row], 0.0),
+                            first=1)[:, 0]
+        score = np.exp(score - np.maximum.reduceat(score, start)[row])
+        score /= np.add.reduceat(score, start)[row]
+        lifted = self._stack('mlp2', hidden, last_relu=True)
+        crowd[state[start]] = np.add.reduceat(lifted * score[:, None], start)
+        return crowd
+
+    def _stack(self, name, x, first=0, last_relu=False):
+        count = len(self.metadata['network']['sizes'][name])
+        for number in range(first, count):
+            x = x @ self.tensors[f'{name}.{number}.weight']
+            x += self.tensors[f'{name}.{number}.bias']
+            if number < count - 1 or last_relu:
+                np.maximum(x, 0.0, out=x)
+        return x
+
+    def save(self, path):
+        """Write the weights to `path` (.npz), whole or not at all."""
+        text = json.dumps(self.metadata, sort_keys=True)
+        with atomic_write(path, 'wb') as stream:
+            np.savez_compressed(stream, metadata=np.array(text), **self.tensors)
+
+
+def load_value_function(path):
+    """
+    Load a weight file, trusting nothing in it.
+
+    Raises WeightsError (one line) when the file is missing, truncated, not an .npz, was
+    trained on other features or lacks a tensor.
+    """
+    path = Path(path)
+    arrays = _read_arrays(path)
+    metadata = _read_metadata(path, arrays.pop('metadata', None))
+    if metadata['features'] != feature_set.describe():
+        raise WeightsError(
+            f'{path}: features: trained on other features than this version computes '
+            f'(version {metadata["features"].get("version")}, here {feature_set.VERSION}): '
+            'retrain it or install the version it came with')
+    try:
+        shapes = layer_shapes(metadata['network']['sizes'])
+    except (KeyError, TypeError, IndexError):
+        raise WeightsError(f'{path}: network.sizes: expected layer widths for mlp1, mlp2, '
+                           'attention and mlp3') from None
+    for name, shape in shapes.items():
+        if name not in arrays:
+            raise WeightsError(f'{path}: {name}: tensor missing; export the weights again')
+        if arrays[name].shape != shape or arrays[name].dtype != np.float32:
+            raise WeightsError(f'{path}: {name}: expected float32 {shape}, found '
+                               f'{arrays[name].dtype} {arrays[name].shape}')
+        if not np.isfinite(arrays[name]).all():
+            raise WeightsError(f'{path}: {name}: holds NaN or infinity; training diverged')
+    return ValueFunction(metadata, {name: arrays[name] for name in shapes})
+
+
+def _read_arrays(path):
+    if not path.is_file():
+        raise WeightsError(f'{path}: no such weight file')
+    try:
+        with zipfile.ZipFile(path) as archive:
+            if sum(entry.file_size for entry in archive.infolist()) > MAX_BYTES:
+                raise WeightsError(f'{path}: unpacks to more than {MAX_BYTES >> 20} MiB; '
+                                   'this is not a weight file of this package')
+        with np.load(path, allow_pickle=False) as archive:
+            return {name: archive[name] for name in archive.files}
+    except WeightsError:
+        raise
+    except Exception as error:      # a hostile file may raise nearly anything on the way
+        reason = ' '.join(str(error).split()) or type(error).__name__
+        raise WeightsError(f'{path}: not a readable .npz weight file ({reason}); '
+                           'it may be truncated: copy it again') from None
+
+
+def _read_metadata(path, text):
+    try:
+        metadata = json.loads(str(text)) if text is not None else None
+    except json.JSONDecodeError:
+        metadata = None
+    if not isinstance(metadata, dict):
+        raise WeightsError(f'{path}: metadata: missing or not JSON; export the weights again')
+    for key in METADATA:
+        if key not in metadata:
+            raise WeightsError(f'{path}: metadata.{key}: missing; export the weights again')
+    if metadata['format'] != FORMAT:
+        raise WeightsError(f'{path}: metadata.format: {metadata["format"]!r} is not {FORMAT}, '
+                           'the format this version reads')
+    for key in ('network', 'features', 'actions', 'decision'):
+        if not isinstance(metadata[key], dict):
+            raise WeightsError(f'{path}: metadata.{key}: expected a mapping')
+    return metadata

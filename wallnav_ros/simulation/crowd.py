@@ -1,0 +1,115 @@
+# Copyright 2026 The wallnav_ros authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+The crowd: agents that avoid each other and the walls by ORCA.
+
+van den Berg et al., "Reciprocal n-body collision avoidance"; the RVO2 library by way of pyrvo.
+"""
+
+import numpy as np
+import pyrvo
+
+from wallnav_ros.world.state import Agents
+
+NEIGHBOUR_DISTANCE = 10.0        # m
+MAX_NEIGHBOURS = 10
+TIME_HORIZON = 5.0               # s, over which agents keep clear of each other
+OBSTACLE_TIME_HORIZON = 2.0      # s, over which agents keep clear of walls
+ARRIVAL = 0.2                    # m, within which an agent counts its goal as reached
+ROBOT_MAX_SPEED = 2.0            # m/s, bound for the robot when it is visible
+
+
+class Crowd:
+    """
+    The agents of one episode, stepped together.
+
+    Where the scenario makes the robot visible it is one more disc for them to yield to.
+    """
+
+    def __init__(self, episode, time_step):
+        self.episode = episode
+        self.time_step = time_step
+        self._count = len(episode.radius)
+        self._goal = episode.goal.copy()
+        self._other = episode.start.copy()
+        self._simulator = pyrvo.RVOSimulator(
+            time_step, NEIGHBOUR_DISTANCE, MAX_NEIGHBOURS, TIME_HORIZON, OBSTACLE_TIME_HORIZON,
+            0.5, 1.0)
+        for number in range(self._count):
+            self._add(episode.start[number], episode.radius[number], episode.speed[number])
+        if episode.scenario.visible:
+            self._add(episode.robot.position, float(episode.robot.radius), ROBOT_MAX_SPEED)
+        for start, end in episode.scenario.walls.segments.tolist():
+            self._simulator.add_obstacle([tuple(start), tuple(end)])
+        self._simulator.process_obstacles()
+        self.position = episode.start.copy()
+        self.velocity = np.zeros_like(self.position)
+
+    def _add(self, position, radius, speed):
+        self._simulator.add_agent(
+            tuple(map(float, position)), NEIGHBOUR_DISTANCE, MAX_NEIGHBOURS, TIME_HORIZON,
+            OBSTACLE_TIME_HORIZON, float(radius), float(speed))
+
+    def agents(self):
+        """Return the agents (N,) as they are now."""
+        return Agents.of(self.position.copy(), self.velocity.copy(), self.episode.radius)
+
+    def step(self, robot_position=None, robot_velocity=None):
+        """
+        Advance by one time step and return the agents.
+
+        A visible robot's position and velocity (2,), in metres and m/s, are needed each step.
+        """
+        self._turn_round()
+        offset = self._goal - self.position
+        length = np.linalg.norm(offset, axis=1, keepdims=True)
+        # Slow down for the last step, so that nobody oscillates about a goal.
+        speed = np.minimum(self.episode.speed[:, None], length / self.time_step)
+        preferred = offset / np.maximum(length, 1e-9) * speed
+        simulator = self._simulator
+        for number, velocity in enumerate(preferred.tolist()):
+            simulator.set_agent_pref_velocity(number, tuple(velocity))
+        if self.episode.scenario.visible:
+            simulator.set_agent_position(self._count, tuple(map(float, robot_position)))
+            simulator.set_agent_velocity(self._count, tuple(map(float, robot_velocity)))
+            simulator.set_agent_pref_velocity(self._count, tuple(map(float, robot_velocity)))
+        simulator.do_step()
+        for number in range(self._count):
+            position = simulator.get_agent_position(number)
+            velocity = simulator.get_agent_velocity(number)
+            self.position[number] = position.x, position.y
+            self.velocity[number] = velocity.x, velocity.y
+        return self.agents()
+
+    def _turn_round(self):
+        arrived = np.linalg.norm(self._goal - self.position, axis=1) < ARRIVAL
+        turn = (arrived & self.episode.returns)[:, None]
+        self._goal, self._other = (np.where(turn, self._other, self._goal),
+                                   np.where(turn, self._goal, self._other))
+
+
+def simulate_crowd(episode, steps, time_step):
+    """
+    Return positions and velocities (steps + 1, N, 2) of a crowd that does not see the robot.
+
+    Its future does not depend on the robot, so one run serves every policy on that seed.
+    """
+    crowd = Crowd(episode, time_step)
+    shape = (steps + 1,) + crowd.position.shape
+    position, velocity = np.empty(shape), np.empty(shape)
+    position[0], velocity[0] = crowd.position, crowd.velocity
+    for step in range(1, steps + 1):
+        crowd.step()
+        position[step], velocity[step] = crowd.position, crowd.velocity
+    return position, velocity

@@ -1,0 +1,219 @@
+# Copyright 2026 The wallnav_ros authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+Scenario files: a world, a robot's task and the cases that people it.
+
+Paper section 1 (world); the file format is in docs/scenarios.md.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from wallnav_ros.mapping.distance_field import distance_field
+from wallnav_ros.mapping.occupancy_map import load_map
+from wallnav_ros.mapping.wall_extraction import extract_walls
+from wallnav_ros.simulation.free_space import free_points, within_polygon
+from wallnav_ros.world.distance_field import DistanceField
+from wallnav_ros.world.files import find_asset
+from wallnav_ros.world.walls import Walls
+
+PATTERNS = ('walk_to_goal', 'walk_back_and_forth', 'either')
+GOALS = ('visible', 'anywhere')
+ROBOT_DEFAULTS = {'radius': 0.2, 'preferred_speed': 0.8, 'visible': False}
+AGENT_DEFAULTS = {'radius': [0.1, 0.5], 'speed': [0.3, 1.5], 'pattern': 'walk_back_and_forth',
+                  'spawn': 'free', 'goal': 'visible'}
+
+
+class ScenarioError(ValueError):
+    """A scenario file that cannot be used; one line naming file, field and fix."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scenario:
+    """
+    A validated scenario file.
+
+    name: short name; path: the file it came from.
+    polygons: tuple of (K, 2) closed walls in metres, empty when the walls come from a map.
+    map: path of the map's YAML, or None.
+    walls, field: the walls as segments and as distances, in the `map` frame.
+    start: (3,) robot pose; goal: (2,); radius, preferred_speed: robot; visible: to the crowd.
+    time_limit: seconds.
+    cases: {case: {'static': n, 'dynamic': n}}.
+    agents: the `agents` section with defaults filled in.
+    free: (P, 2) points the robot could reach; spawn: the free points of each spawn polygon.
+    """
+
+    name: str
+    path: Path
+    polygons: tuple
+    map: Path
+    walls: Walls
+    field: DistanceField
+    start: np.ndarray
+    goal: np.ndarray
+    radius: float
+    preferred_speed: float
+    visible: bool
+    time_limit: float
+    cases: dict
+    agents: dict
+    free: np.ndarray
+    spawn: tuple
+
+    def counts(self, case):
+        """Return how many agents stand and walk in `case`; ScenarioError lists the cases."""
+        if case not in self.cases:
+            raise ScenarioError(f'{self.path}: cases: no case {case!r}, '
+                                f'choose one of {", ".join(self.cases)}')
+        return self.cases[case].get('static', 0), self.cases[case].get('dynamic', 0)
+
+
+@lru_cache(maxsize=32)
+def load_scenario(name):
+    """
+    Load a scenario by file or by the short name it is shipped under.
+
+    Raises ScenarioError (one line: file, field, fix) or FileNotFoundError.
+    """
+    path = find_asset('scenarios', str(name), '.yaml')
+    try:
+        document = yaml.safe_load(path.read_text())
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise ScenarioError(f'{path}: not valid YAML: {" ".join(str(error).split())}') from None
+    if not isinstance(document, dict):
+        raise ScenarioError(f'{path}: expected a mapping with name, walls or map, robot, cases')
+    return _Reader(path, document).scenario()
+
+
+class _Reader:
+    """Turns one parsed document into a Scenario, naming the field of the first fault."""
+
+    def __init__(self, path, document):
+        self.path = path
+        self.document = document
+
+    def scenario(self):
+        """Return the validated Scenario."""
+        self._known(self.document, '', {'name', 'map', 'walls', 'robot', 'time_limit', 'cases',
+                                        'agents'})
+        polygons, map_path, walls = self._walls()
+        robot = {**ROBOT_DEFAULTS, **self._section('robot')}
+        self._known(robot, 'robot.', {'start', 'goal', *ROBOT_DEFAULTS})
+        if not isinstance(robot['visible'], bool):
+            self._fail('robot.visible', 'expected true or false')
+        field = distance_field(walls)
+        start = self._numbers('robot.start', robot.get('start'), 3)
+        free = free_points(walls, field, start[:2])
+        if not len(free):
+            self._fail('robot.start', 'lies in or against a wall; move it into free space')
+        agents = self._agents()
+        return Scenario(
+            name=str(self.document.get('name', self.path.stem)), path=self.path,
+            polygons=polygons, map=map_path, walls=walls, field=field, start=start,
+            goal=self._numbers('robot.goal', robot.get('goal'), 2),
+            radius=self._positive('robot.radius', robot['radius']),
+            preferred_speed=self._positive('robot.preferred_speed', robot['preferred_speed']),
+            visible=robot['visible'],
+            time_limit=self._positive('time_limit', self.document.get('time_limit', 45.0)),
+            cases=self._cases(), agents=agents, free=free, spawn=self._spawn(agents, free))
+
+    def _walls(self):
+        if ('map' in self.document) == ('walls' in self.document):
+            self._fail('walls', 'give exactly one of walls (polygons in metres) and map')
+        if 'map' in self.document:
+            name = self.document['map']
+            if not isinstance(name, str):
+                self._fail('map', 'expected the path of a map YAML file')
+            beside = self.path.parent / name
+            map_path = beside if beside.is_file() else find_asset('maps', name, '.yaml')
+            return (), map_path, extract_walls(load_map(map_path)).walls
+        try:
+            polygons = tuple(np.asarray(polygon, dtype=float)
+                             for polygon in self.document['walls'])
+            return polygons, None, Walls.from_polylines(polygons, closed=True)
+        except (TypeError, ValueError) as error:
+            self._fail('walls', f'expected a list of polygons [[x, y], ...] in metres ({error})')
+
+    def _cases(self):
+        cases = self._section('cases')
+        if not cases:
+            self._fail('cases', 'name at least one case, such as none: {static: 0, dynamic: 0}')
+        for case, counts in cases.items():
+            field = f'cases.{case}'
+            if not isinstance(counts, dict):
+                self._fail(field, 'expected {static: n, dynamic: n}')
+            self._known(counts, f'{field}.', {'static', 'dynamic'})
+            for kind, count in counts.items():
+                if isinstance(count, bool) or not isinstance(count, int) or count < 0:
+                    self._fail(f'{field}.{kind}', 'expected a whole number, 0 or more')
+        return cases
+
+    def _agents(self):
+        agents = {**AGENT_DEFAULTS, **self._section('agents')}
+        self._known(agents, 'agents.', set(AGENT_DEFAULTS))
+        for key in ('radius', 'speed'):
+            agents[key] = self._numbers(f'agents.{key}', agents[key], 2)
+            if not 0.0 < agents[key][0] <= agents[key][1]:
+                self._fail(f'agents.{key}', 'expected [low, high] with 0 < low <= high')
+        for key, choices in (('pattern', PATTERNS), ('goal', GOALS)):
+            if agents[key] not in choices:
+                self._fail(f'agents.{key}', f'choose one of {", ".join(choices)}')
+        return agents
+
+    def _spawn(self, agents, free):
+        if agents['spawn'] == 'free':
+            return ()
+        try:
+            polygons = [np.asarray(polygon, dtype=float).reshape(-1, 2)
+                        for polygon in agents['spawn']]
+        except (TypeError, ValueError):
+            self._fail('agents.spawn', 'expected free or a list of polygons [[x, y], ...]')
+        spawn = tuple(free[within_polygon(free, polygon)] for polygon in polygons)
+        for number, points in enumerate(spawn):
+            if not len(points):
+                self._fail(f'agents.spawn[{number}]', 'holds no point that the robot can reach')
+        return spawn
+
+    def _section(self, key):
+        section = self.document.get(key, {})
+        if not isinstance(section, dict):
+            self._fail(key, 'expected a mapping')
+        return section
+
+    def _numbers(self, field, value, count):
+        try:
+            numbers = np.asarray(value, dtype=float)
+        except (TypeError, ValueError):
+            numbers = np.empty(0)
+        if numbers.shape != (count,) or not np.isfinite(numbers).all():
+            self._fail(field, f'expected {count} finite numbers, got {value!r}')
+        return numbers
+
+    def _positive(self, field, value):
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 < value < 1e6:
+            self._fail(field, f'expected a positive number, got {value!r}')
+        return float(value)
+
+    def _known(self, section, prefix, known):
+        for key in section:
+            if key not in known:
+                self._fail(f'{prefix}{key}', f'unknown; known are {", ".join(sorted(known))}')
+
+    def _fail(self, field, fix):
+        raise ScenarioError(f'{self.path}: {field}: {fix}')
