@@ -1,0 +1,83 @@
+# Copyright 2026 The wallnav_ros authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+What every test may ask for: recorded data, seeded randomness, a ROS domain of its own.
+
+Recordings are looked for in $WALLNAV_TEST_DATA, else in ../shared/data beside the repository.
+"""
+
+import os
+from pathlib import Path
+import socket
+
+import numpy as np
+import pytest
+
+REPOSITORY = Path(__file__).resolve().parents[1]
+# The DDS ports of higher domains fall into Linux's range of ephemeral ports.
+ROS_DOMAINS = range(1, 100)
+
+
+@pytest.fixture(scope='session')
+def repository():
+    """Return the root of the repository."""
+    return REPOSITORY
+
+
+@pytest.fixture
+def rng():
+    """Return a random generator that starts the same in every test."""
+    return np.random.default_rng(20260101)
+
+
+@pytest.fixture(scope='session')
+def shared_data():
+    """
+    Return the directory of the recorded scans and maps.
+
+    Skips where it is absent; fails there when $WALLNAV_REQUIRE_DATA is 1.
+    """
+    data = Path(os.environ.get('WALLNAV_TEST_DATA') or REPOSITORY.parent / 'shared' / 'data')
+    if (data / 'scans').is_dir() and (data / 'maps').is_dir():
+        return data
+    reason = f'no recordings in {data}: set WALLNAV_TEST_DATA to a directory with scans/ and maps/'
+    if os.environ.get('WALLNAV_REQUIRE_DATA') == '1':
+        pytest.fail(reason, pytrace=False)
+    pytest.skip(reason)
+
+
+@pytest.fixture(scope='session')
+def ros_domain_id():
+    """
+    Return a ROS domain id that no other test process of this machine uses, and enter it.
+
+    Processes started by a test inherit the domain.
+    """
+    with socket.socket(socket.AF_UNIX) as reservation, pytest.MonkeyPatch.context() as environment:
+        domain = _reserve_domain(reservation)
+        environment.setenv('ROS_DOMAIN_ID', str(domain))
+        environment.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+        yield domain
+
+
+def _reserve_domain(reservation):
+    # An abstract socket name has one owner, and goes with the process whatever way that ends.
+    for offset in range(len(ROS_DOMAINS)):
+        domain = ROS_DOMAINS[(os.getpid() + offset) % len(ROS_DOMAINS)]
+        try:
+            reservation.bind(f'\0wallnav_ros_test_domain_{domain}')
+        except OSError:
+            continue
+        return domain
+    pytest.fail('every ROS domain from 1 to 99 is taken by another test process')
