@@ -173,11 +173,11 @@ class Lookahead:
         # The wall is felt half way too: a step is longer than a thin wall is thick.
         wall_gap = np.minimum(walls.at(after), walls.at(0.5 * (before + after))) - radius
         passing = someone_passing(robot, agents)[:, None] & (speed == 0.0)
-        facts = StepFacts(
-            reached=distance < GOAL_TOLERANCE, agent_gap=agent_gap,
+        collided = (agent_gap <= 0.0) | (wall_gap <= 0.0)
+        return collided, StepFacts(
+            reached=(distance < GOAL_TOLERANCE) & ~collided, agent_gap=agent_gap,
             progress=came_from - distance, moved=np.linalg.norm(motion, axis=-1),
             yielding=passing[..., None], wall_gap=wall_gap)
-        return (agent_gap <= 0.0) | (wall_gap <= 0.0), facts
 
     def _leaves(self, robot, agents, walls, rollout, horizon, state, action):
         """Return the Features of the states reached at `horizon`, for rows (state, action)."""

@@ -30,6 +30,20 @@ ARRIVAL = 0.2                    # m, within which an agent counts its goal as r
 ROBOT_MAX_SPEED = 2.0            # m/s, bound for the robot when it is visible
 
 
+def add_disc(simulator, position, radius, speed):
+    """Add a disc at `position` (2,), of `radius` m and top `speed` m/s, to an RVO simulator."""
+    simulator.add_agent(
+        tuple(map(float, position)), NEIGHBOUR_DISTANCE, MAX_NEIGHBOURS, TIME_HORIZON,
+        OBSTACLE_TIME_HORIZON, float(radius), float(speed))
+
+
+def add_walls(simulator, walls):
+    """Add `walls` to an RVO simulator, each segment an obstacle from both its sides."""
+    for start, end in walls.segments.tolist():
+        simulator.add_obstacle([tuple(start), tuple(end)])
+    simulator.process_obstacles()
+
+
 class Crowd:
     """
     The agents of one episode, stepped together.
@@ -46,20 +60,14 @@ class Crowd:
         self._simulator = pyrvo.RVOSimulator(
             time_step, NEIGHBOUR_DISTANCE, MAX_NEIGHBOURS, TIME_HORIZON, OBSTACLE_TIME_HORIZON,
             0.5, 1.0)
-        for number in range(self._count):
-            self._add(episode.start[number], episode.radius[number], episode.speed[number])
+        for start, radius, speed in zip(episode.start, episode.radius, episode.speed):
+            add_disc(self._simulator, start, radius, speed)
         if episode.scenario.visible:
-            self._add(episode.robot.position, float(episode.robot.radius), ROBOT_MAX_SPEED)
-        for start, end in episode.scenario.walls.segments.tolist():
-            self._simulator.add_obstacle([tuple(start), tuple(end)])
-        self._simulator.process_obstacles()
+            add_disc(self._simulator, episode.robot.position, episode.robot.radius,
+                     ROBOT_MAX_SPEED)
+        add_walls(self._simulator, episode.scenario.walls)
         self.position = episode.start.copy()
         self.velocity = np.zeros_like(self.position)
-
-    def _add(self, position, radius, speed):
-        self._simulator.add_agent(
-            tuple(map(float, position)), NEIGHBOUR_DISTANCE, MAX_NEIGHBOURS, TIME_HORIZON,
-            OBSTACLE_TIME_HORIZON, float(radius), float(speed))
 
     def agents(self):
         """Return the agents (N,) as they are now."""

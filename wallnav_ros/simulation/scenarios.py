@@ -18,7 +18,7 @@ Paper section 1 (world); the file format is in docs/scenarios.md.
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +30,7 @@ from wallnav_ros.mapping.wall_extraction import extract_walls
 from wallnav_ros.simulation.free_space import free_points, within_polygon
 from wallnav_ros.world.distance_field import DistanceField
 from wallnav_ros.world.files import find_asset
+from wallnav_ros.world.geometry import nearest_on_segments
 from wallnav_ros.world.walls import Walls
 
 PATTERNS = ('walk_to_goal', 'walk_back_and_forth', 'either')
@@ -82,6 +83,24 @@ class Scenario:
             raise ScenarioError(f'{self.path}: cases: no case {case!r}, '
                                 f'choose one of {", ".join(self.cases)}')
         return self.cases[case].get('static', 0), self.cases[case].get('dynamic', 0)
+
+    def farthest_wall(self, point):
+        """
+        Return the distance in metres from `point` (2,) to the farthest wall.
+
+        Algorithm 2's d_max: each polygon counts by its nearest point. Walls from a map are
+        one whole, so there it exceeds its limit only where the robot has left the map.
+        """
+        nearest = np.linalg.norm(
+            nearest_on_segments(point[None], self.walls.segments)[0] - point, axis=1)
+        if not self.polygons:
+            return float(nearest.min())
+        return float(np.minimum.reduceat(nearest, self._polygon_starts).max())
+
+    @cached_property
+    def _polygon_starts(self):
+        sizes = [len(polygon) for polygon in self.polygons]
+        return np.cumsum([0, *sizes[:-1]])
 
 
 @lru_cache(maxsize=32)

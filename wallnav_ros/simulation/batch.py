@@ -1,0 +1,150 @@
+# Copyright 2026 The wallnav_ros authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+Many episodes side by side: robots as arrays, one crowd each, rewards as named terms.
+
+Paper section 1 (dynamics, outcomes) and section 5 (what a step is paid for).
+"""
+
+import numpy as np
+
+from wallnav_ros.policy.lookahead import GOAL_TOLERANCE
+from wallnav_ros.policy.rewards import someone_passing, StepFacts, warning_radius
+from wallnav_ros.simulation.crowd import Crowd
+from wallnav_ros.world.geometry import closest_approach, drive_unicycle
+from wallnav_ros.world.state import Agents, Robot
+
+RUNNING, GOAL, COLLISION, WALL_COLLISION, TIMEOUT = range(5)
+OUTCOMES = ('running', 'goal', 'collision', 'wall_collision', 'timeout')
+STOPPED = 1e-6     # m/s, below which a command is a stop
+
+
+class EpisodeBatch:
+    """
+    B episodes that advance together; those that have ended stay as they ended.
+
+    outcome: (B,) index into OUTCOMES. time: (B,) s. path_length: (B,) m.
+    min_gap_agent, min_gap_wall: (B,) m, least so far (inf before anything was near).
+    """
+
+    def __init__(self, episodes, time_step=0.25):
+        self.episodes = episodes
+        self.time_step = time_step
+        self._crowds = [Crowd(episode, time_step) for episode in episodes]
+        self._robot = Robot(*(np.stack([np.asarray(getattr(episode.robot, name), dtype=float)
+                                        for episode in episodes])
+                              for name in Robot.__dataclass_fields__))
+        count, most = len(episodes), max(len(episode.radius) for episode in episodes)
+        self._agents = Agents(np.zeros((count, most, 2)), np.zeros((count, most, 2)),
+                              np.zeros((count, most)), np.zeros((count, most), dtype=bool))
+        for row, crowd in enumerate(self._crowds):
+            size = len(crowd.episode.radius)
+            self._agents.radius[row, :size] = crowd.episode.radius
+            self._agents.present[row, :size] = True
+            self._agents.position[row, :size] = crowd.position
+        self._time_limit = np.array([episode.scenario.time_limit for episode in episodes])
+        self.outcome = np.full(count, RUNNING)
+        self.time = np.zeros(count)
+        self.path_length = np.zeros(count)
+        self.min_gap_agent = np.full(count, np.inf)
+        self.min_gap_wall = np.full(count, np.inf)
+
+    def groups(self):
+        """Yield (rows, DistanceField) of the running episodes that share a scenario."""
+        scenarios = {id(episode.scenario): episode.scenario for episode in self.episodes}
+        of_row = np.array([id(episode.scenario) for episode in self.episodes])
+        for key, scenario in scenarios.items():
+            rows = np.flatnonzero((of_row == key) & (self.outcome == RUNNING))
+            if len(rows):
+                yield rows, scenario.field
+
+    def robot(self, rows):
+        """Return the Robot with leading axis (len(rows),)."""
+        return Robot(*(part[rows] for part in vars(self._robot).values()))
+
+    def agents(self, rows):
+        """Return the Agents (len(rows), N), padded to the largest crowd."""
+        return Agents(*(part[rows] for part in vars(self._agents).values()))
+
+    def step(self, commands):
+        """
+        Drive every running robot by `commands` (B, 2), m/s and rad/s, for one time step.
+
+        Returns the StepFacts (B,); those of ended episodes mean nothing.
+        """
+        running = self.outcome == RUNNING
+        commands = np.where(running[:, None], commands, 0.0)
+        before, agents_before = self._robot, self._agents
+        passing = someone_passing(before, agents_before)
+        pose = drive_unicycle(before.pose, commands[:, 0], commands[:, 1], self.time_step)
+        self._robot = Robot(pose, commands, before.goal, before.radius, before.preferred_speed)
+        self._agents = self._walk(running)
+        facts = self._facts(before, agents_before, passing & (commands[:, 0] < STOPPED))
+        self._settle(running, facts)
+        return StepFacts(**{**vars(facts), 'ended': self.outcome != RUNNING})
+
+    def _walk(self, running):
+        position, velocity = self._agents.position.copy(), self._agents.velocity.copy()
+        for row in np.flatnonzero(running):
+            pose, (speed, _) = self._robot.pose[row], self._robot.velocity[row]
+            crowd = self._crowds[row]
+            crowd.step(pose[:2], (speed * np.cos(pose[2]), speed * np.sin(pose[2])))
+            position[row, :len(crowd.position)] = crowd.position
+            velocity[row, :len(crowd.position)] = crowd.velocity
+        return Agents(position, velocity, self._agents.radius, self._agents.present)
+
+    def _facts(self, before, agents_before, yielding):
+        robot, agents = self._robot, self._agents
+        motion = robot.position - before.position
+        offset = before.position[:, None] - agents_before.position
+        relative = motion[:, None] - (agents.position - agents_before.position)
+        reach = agents.radius + robot.radius[:, None]
+        gap = np.where(agents.present, closest_approach(offset, relative) - reach, np.inf)
+        agent_gap = gap.min(axis=1, initial=np.inf)
+        speed = np.linalg.norm(agents.velocity, axis=-1)
+        depth = np.linalg.norm(offset + relative, axis=-1) - warning_radius(speed) - agents.radius
+        depth = np.where(agents.present & (speed > 0.0), depth, np.inf)
+        nearest, farthest = self._wall_distances(before.position, robot.position)
+        distance = np.linalg.norm(robot.goal - robot.position, axis=1)
+        came_from = np.linalg.norm(robot.goal - before.position, axis=1)
+        wall_gap = nearest - robot.radius
+        return StepFacts(
+            reached=(distance < GOAL_TOLERANCE) & (agent_gap > 0.0) & (wall_gap > 0.0),
+            agent_gap=agent_gap, progress=came_from - distance,
+            moved=np.linalg.norm(motion, axis=1), yielding=yielding, wall_gap=wall_gap,
+            farthest_wall=farthest, warning_depth=depth.min(axis=1, initial=np.inf))
+
+    def _wall_distances(self, before, after):
+        """Return the exact distances (B,) to the nearest wall on the way and to the farthest."""
+        nearest, farthest = np.full(len(after), np.inf), np.zeros(len(after))
+        for row in np.flatnonzero(self.outcome == RUNNING):
+            walls = self.episodes[row].scenario.walls
+            if len(walls):
+                way = np.stack((after[row], 0.5 * (before[row] + after[row])))
+                nearest[row] = walls.distance(way).min()
+                farthest[row] = self.episodes[row].scenario.farthest_wall(after[row])
+        return nearest, farthest
+
+    def _settle(self, running, facts):
+        self.time = self.time + np.where(running, self.time_step, 0.0)
+        self.path_length = self.path_length + np.where(running, facts.moved, 0.0)
+        self.min_gap_agent = np.where(running, np.minimum(self.min_gap_agent, facts.agent_gap),
+                                      self.min_gap_agent)
+        self.min_gap_wall = np.where(running, np.minimum(self.min_gap_wall, facts.wall_gap),
+                                     self.min_gap_wall)
+        outcome = np.select(
+            [facts.agent_gap <= 0.0, facts.wall_gap <= 0.0, facts.reached,
+             self.time >= self._time_limit - 1e-9],
+            [COLLISION, WALL_COLLISION, GOAL, TIMEOUT], RUNNING)
+        self.outcome = np.where(running, outcome, self.outcome)
