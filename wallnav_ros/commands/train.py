@@ -1,0 +1,67 @@
+# Copyright 2026 The wallnav_ros authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+Train a value network from a configuration file.
+
+Paper algorithm 1; see docs/learning.md.
+"""
+
+import argparse
+import sys
+
+from wallnav_ros.world.files import find_asset
+
+
+def parse(arguments):
+    """Return the parsed command line."""
+    parser = argparse.ArgumentParser('train', description=__doc__.strip().splitlines()[0])
+    parser.add_argument('--config', required=True,
+                        help='YAML file, or the short name of one shipped in params/training')
+    parser.add_argument('--out', required=True,
+                        help='folder for checkpoints, logs, curves and the exported weights')
+    parser.add_argument('--resume', action='store_true',
+                        help='go on from the checkpoint in --out')
+    parser.add_argument('--device', default='cpu', help='torch device (default: cpu)')
+    return parser.parse_args(arguments)
+
+
+def main(arguments=None):
+    """Run the command; returns its exit status."""
+    options = parse(arguments)
+    try:
+        import torch
+    except ImportError:
+        print('train: torch is not installed: pip install torch', file=sys.stderr)
+        return 2
+    from wallnav_ros.learning.settings import load_settings, SettingsError
+    from wallnav_ros.learning.trainer import Trainer, TrainingDiverged
+    from wallnav_ros.simulation.scenarios import ScenarioError
+    # One thread: small matrices gain nothing from more, and lose where cores are shared.
+    torch.set_num_threads(1)
+    try:
+        settings = load_settings(find_asset('params/training', options.config, '.yaml'))
+        trainer = Trainer(settings, options.out, options.device)
+        weights = trainer.run(resume=options.resume)
+    except (FileNotFoundError, SettingsError, ScenarioError) as error:
+        print(f'train: {error}', file=sys.stderr)
+        return 2
+    except TrainingDiverged as error:
+        print(f'train: {error}', file=sys.stderr)
+        return 1
+    print(f'best weights: {weights}')
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

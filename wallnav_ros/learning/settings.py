@@ -1,0 +1,112 @@
+# Copyright 2026 The wallnav_ros authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+Training settings: what a configuration file may say, checked before any work starts.
+
+Paper section 6 (Table 1, algorithm 1); docs/learning.md explains every departure from it.
+"""
+
+from dataclasses import dataclass, field, fields
+import types
+import typing
+
+import yaml
+
+from wallnav_ros.learning.networks import SIZES
+from wallnav_ros.policy.rewards import REWARDS
+
+
+class SettingsError(ValueError):
+    """A configuration that cannot be used; one line naming file, field and fix."""
+
+
+@dataclass(frozen=True)
+class TrainSettings:
+    """One training run; every field may be set in the YAML file."""
+
+    name: str = 'wallnav'
+    # Everything random follows from this.
+    seed: int = 0
+    # Scenarios to draw episodes from, and how often each case comes up.
+    scenarios: tuple = ('curve_path', 'cross_path')
+    cases: dict = field(default_factory=lambda: {'none': 1, 'static': 2, 'dynamic': 3,
+                                                 'mixed': 3})
+    # Share of episodes that keep the scenario's robot; the rest draw from the ranges below.
+    own_robot: float = 0.5
+    radius: tuple = (0.15, 0.35)
+    preferred_speed: tuple = (0.3, 1.0)
+    reward: str = 'R4'
+    time_step: float = 0.25
+    discount: float = 0.9
+    max_turn_rate: float = 1.8
+    # Steps ahead at which training decides and the shipped policy decides.
+    horizons: tuple = (3,)
+    decision_horizons: tuple = (2, 4, 6)
+    # lambda of the returns: 1 pays what really happened, 0 what the network expects.
+    trace: float = 0.9
+    network: dict = field(default_factory=lambda: dict(SIZES))
+    imitation_episodes: int = 1000
+    imitation_updates: int = 2000
+    episodes: int = 8000
+    # Episodes run side by side between two rounds of updates, and the updates of a round.
+    parallel: int = 32
+    updates: int = 150
+    batch_size: int = 256
+    learning_rate: float = 1e-3
+    final_learning_rate: float = 1e-4
+    memory: int = 120000
+    epsilon_start: float = 0.5
+    epsilon_end: float = 0.05
+    epsilon_episodes: int = 2000
+    # The target network follows the trained one by 1 - this much per update; it also acts,
+    # is evaluated and is what gets exported.
+    target_average: float = 0.995
+    evaluate_every: int = 1000
+    evaluation_episodes: int = 40
+    evaluation_seed: int = 1000000
+
+
+def load_settings(path):
+    """Read TrainSettings from a YAML file; SettingsError names file, field and fix."""
+    try:
+        with open(path) as stream:
+            document = yaml.safe_load(stream) or {}
+    except OSError as error:
+        raise SettingsError(f'{path}: {error.strerror}: give an existing YAML file') from None
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise SettingsError(f'{path}: not valid YAML: {" ".join(str(error).split())}') from None
+    if not isinstance(document, dict):
+        raise SettingsError(f'{path}: expected a mapping of settings')
+    known = {entry.name: entry.type for entry in fields(TrainSettings)}
+    values = {}
+    for key, value in document.items():
+        if key not in known:
+            raise SettingsError(f'{path}: {key}: unknown; known are {", ".join(known)}')
+        values[key] = _converted(path, key, value, known[key])
+    settings = TrainSettings(**values)
+    if settings.reward not in REWARDS:
+        raise SettingsError(f'{path}: reward: choose one of {", ".join(REWARDS)}')
+    return settings
+
+
+def _converted(path, key, value, kind):
+    kind = typing.get_origin(kind) or kind
+    if kind is tuple and isinstance(value, list):
+        return tuple(value)
+    if kind is float and isinstance(value, int) and not isinstance(value, bool):
+        return float(value)
+    if isinstance(kind, (type, types.GenericAlias)) and isinstance(value, kind) and not (
+            kind is int and isinstance(value, bool)):
+        return value
+    raise SettingsError(f'{path}: {key}: expected {kind.__name__}, got {value!r}')

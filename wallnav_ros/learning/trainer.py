@@ -1,0 +1,232 @@
+# Copyright 2026 The wallnav_ros authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+Train the value network: imitation of ORCA, then epsilon-greedy value learning.
+
+Paper algorithm 1; the loop reads from top to bottom.
+"""
+
+import copy
+import csv
+from dataclasses import asdict
+import json
+from pathlib import Path
+import time
+
+import numpy as np
+import torch
+from tqdm import tqdm
+
+from wallnav_ros.learning.checkpoints import load_checkpoint, save_checkpoint
+from wallnav_ros.learning.experience import Demonstrator, Explorer, gather
+from wallnav_ros.learning.export import export_weights
+from wallnav_ros.learning.memory import ReplayMemory
+from wallnav_ros.learning.networks import NetworkValue, ValueNetwork
+from wallnav_ros.policy.actions import make_actions
+from wallnav_ros.policy.lookahead import Lookahead, Rule
+from wallnav_ros.simulation.batch import OUTCOMES
+from wallnav_ros.simulation.episodes import draw_episode
+from wallnav_ros.simulation.orca import OrcaPolicy
+from wallnav_ros.simulation.rollout import GreedyPolicy, run_episodes
+from wallnav_ros.simulation.scenarios import load_scenario
+from wallnav_ros.world.files import atomic_write
+
+CHECKPOINT_SECONDS = 45.0
+
+
+class TrainingDiverged(RuntimeError):
+    """The loss is no longer a number."""
+
+
+class Trainer:
+    """One training run in the folder `out`; `run` starts or, with a checkpoint there, resumes."""
+
+    def __init__(self, settings, out, device='cpu'):
+        self.settings = settings
+        self.out = Path(out)
+        self.device = torch.device(device)
+        self.scenarios = [load_scenario(name) for name in settings.scenarios]
+        self.actions = make_actions(settings.max_turn_rate)
+        self.rng = np.random.default_rng(settings.seed)
+        torch.manual_seed(settings.seed)
+        self.network = ValueNetwork(settings.network).to(self.device)
+        self.target = copy.deepcopy(self.network)
+        self.optimizer = torch.optim.Adam(self.network.parameters(), settings.learning_rate)
+        self.memory = ReplayMemory(settings.memory)
+        self.counts = {'imitated': 0, 'episodes': 0, 'seconds': 0.0, 'best': -1.0}
+        self.rows = {'log': [], 'evaluation': []}
+        self._saved = time.monotonic()
+
+    def run(self, resume=False):
+        """Train to the end; returns the path of the best exported weights."""
+        if resume:
+            load_checkpoint(self)
+        self.imitate()
+        self.learn()
+        save_checkpoint(self)
+        return self.out / f'{self.settings.name}.npz'
+
+    def imitate(self):
+        """Fill the memory with ORCA demonstrations and fit the network to their returns."""
+        settings = self.settings
+        if self.counts['imitated'] >= settings.imitation_episodes:
+            return
+        actor = Demonstrator(OrcaPolicy(self.actions, settings.time_step))
+        for start in tqdm(range(0, settings.imitation_episodes, settings.parallel),
+                          'imitation', unit='batch'):
+            count = min(settings.parallel, settings.imitation_episodes - start)
+            states, returns, _ = gather(self._draw(count), actor, self._rule(), trace=1.0)
+            self.memory.add(states, returns)
+        self._update(settings.imitation_updates)
+        self.target.load_state_dict(self.network.state_dict())
+        self.counts['imitated'] = settings.imitation_episodes
+
+    def learn(self):
+        """Alternate episodes under the target network with updates; evaluate and checkpoint."""
+        settings = self.settings
+        bar = tqdm(total=settings.episodes, initial=self.counts['episodes'], desc='learning',
+                   unit='episode')
+        while self.counts['episodes'] < settings.episodes:
+            began = time.monotonic()
+            before = self.counts['episodes']
+            count = min(settings.parallel, settings.episodes - before)
+            lookahead = Lookahead(NetworkValue(self.target), self.actions, self._rule())
+            explorer = Explorer(lookahead, self._epsilon(), self.rng)
+            states, returns, outcomes = gather(self._draw(count), explorer, self._rule(),
+                                               settings.trace)
+            self.memory.add(states, returns)
+            loss = self._update(settings.updates)
+            self.counts['episodes'] += count
+            self.counts['seconds'] += time.monotonic() - began
+            self._log(loss, outcomes, float(returns.mean()))
+            bar.update(count)
+            bar.set_postfix(loss=f'{loss:.3f}', goal=f'{outcomes.count("goal") / count:.0%}')
+            every = settings.evaluate_every
+            if self.counts['episodes'] // every > before // every:
+                self.evaluate()
+            if time.monotonic() - self._saved > CHECKPOINT_SECONDS:
+                save_checkpoint(self)
+                self._saved = time.monotonic()
+        bar.close()
+
+    def evaluate(self):
+        """Measure every cell greedily; export the weights, and keep those best at their worst."""
+        settings = self.settings
+        rule = Rule(tuple(settings.decision_horizons), settings.time_step, settings.discount,
+                    settings.reward)
+        policy = GreedyPolicy(Lookahead(NetworkValue(self.target), self.actions, rule))
+        cells = {}
+        for scenario in self.scenarios:
+            for case in settings.cases:
+                episodes = [draw_episode(scenario, case, settings.evaluation_seed + number)
+                            for number in range(settings.evaluation_episodes)]
+                results = run_episodes(episodes, policy, settings.time_step, settings.reward)
+                self._log_cell(scenario.name, case, results)
+                cells[f'{scenario.name}/{case}'] = np.mean(
+                    [result.outcome == 'goal' for result in results])
+        # The mean breaks ties among equally bad worst cells.
+        score = min(cells.values()) + 0.01 * float(np.mean(list(cells.values())))
+        tqdm.write(f'{self.counts["episodes"]} episodes, greedy success: '
+                   + ', '.join(f'{name} {rate:.0%}' for name, rate in cells.items()))
+        export_weights(self, self.out / 'last.npz')
+        if score >= self.counts['best']:
+            self.counts['best'] = float(score)
+            export_weights(self, self.out / f'{settings.name}.npz')
+        self._write_logs()
+
+    def _draw(self, count):
+        """Return `count` episodes of random scenario, case, robot and seed."""
+        settings = self.settings
+        cases = list(settings.cases)
+        weight = np.array([settings.cases[case] for case in cases], dtype=float)
+        episodes = []
+        for _ in range(count):
+            scenario = self.scenarios[self.rng.integers(len(self.scenarios))]
+            case = cases[self.rng.choice(len(cases), p=weight / weight.sum())]
+            # Training seeds are negative-free and far above those anyone evaluates with.
+            seed = int(self.rng.integers(2 ** 32, 2 ** 62))
+            own = self.rng.random() < settings.own_robot
+            radius, speed = self.rng.uniform(*np.transpose(
+                [settings.radius, settings.preferred_speed]))
+            episodes.append(draw_episode(scenario, case, seed, None if own else radius,
+                                         None if own else speed))
+        return episodes
+
+    def _update(self, count):
+        """Fit the network to `count` batches from memory; returns the mean loss."""
+        settings, losses = self.settings, []
+        for group in self.optimizer.param_groups:
+            group['lr'] = self._learning_rate()
+        for _ in range(count):
+            sample = self.memory.sample(self.rng, settings.batch_size)
+            own, agents, present, target = (torch.from_numpy(part).to(self.device)
+                                            for part in sample)
+            loss = torch.nn.functional.mse_loss(self.network(own, agents, present), target)
+            self.optimizer.zero_grad(set_to_none=True)
+            loss.backward()
+            torch.nn.utils.clip_grad_norm_(self.network.parameters(), 10.0)
+            self.optimizer.step()
+            with torch.no_grad():
+                for slow, fast in zip(self.target.parameters(), self.network.parameters()):
+                    slow.lerp_(fast, 1.0 - settings.target_average)
+            losses.append(loss.detach())
+        mean = float(torch.stack(losses).mean())
+        if not np.isfinite(mean):
+            raise TrainingDiverged(
+                f'the loss became {mean} after {self.counts["episodes"]} episodes: lower '
+                'learning_rate, or resume from the checkpoint with another seed')
+        return mean
+
+    def _rule(self):
+        settings = self.settings
+        return Rule(tuple(settings.horizons), settings.time_step, settings.discount,
+                    settings.reward)
+
+    def _epsilon(self):
+        settings = self.settings
+        done = min(1.0, self.counts['episodes'] / max(1, settings.epsilon_episodes))
+        return settings.epsilon_start + done * (settings.epsilon_end - settings.epsilon_start)
+
+    def _learning_rate(self):
+        settings = self.settings
+        done = self.counts['episodes'] / max(1, settings.episodes)
+        return settings.learning_rate * (
+            settings.final_learning_rate / settings.learning_rate) ** done
+
+    def _log(self, loss, outcomes, mean_return):
+        row = {'episodes': self.counts['episodes'], 'seconds': round(self.counts['seconds'], 1),
+               'loss': loss, 'epsilon': round(self._epsilon(), 4), 'mean_return': mean_return}
+        row.update({name: outcomes.count(name) / len(outcomes) for name in OUTCOMES[1:]})
+        self.rows['log'].append(row)
+
+    def _log_cell(self, scenario, case, results):
+        row = {'episodes': self.counts['episodes'], 'scenario': scenario, 'case': case}
+        row.update({name: np.mean([result.outcome == name for result in results])
+                    for name in OUTCOMES[1:]})
+        row['time'] = np.mean([result.time for result in results])
+        row['path_length'] = np.mean([result.path_length for result in results])
+        row['total_reward'] = np.mean([sum(result.terms.values()) for result in results])
+        row.update({name: np.mean([result.terms[name] for result in results])
+                    for name in results[0].terms})
+        self.rows['evaluation'].append(row)
+
+    def _write_logs(self):
+        for name, rows in self.rows.items():
+            if rows:
+                with atomic_write(self.out / f'{name}.csv', newline='') as stream:
+                    writer = csv.DictWriter(stream, rows[0])
+                    writer.writeheader()
+                    writer.writerows(rows)
+        with atomic_write(self.out / 'settings.json') as stream:
+            json.dump(asdict(self.settings), stream, indent=2)
