@@ -35,8 +35,28 @@ class TrackerSettings:
     """m; the widest disc the policy was trained on (radius 0.5 m) and a margin for noise."""
     leg_width: float = 0.25
     """m; a trouser leg is 0.10 to 0.20 m across, a body at least 0.25 m."""
-    stride: float = 0.7
+    body_width: float = 0.45
+    """m; wider clusters may be two people, or a person before a wall."""
+    carve_radius: float = 0.4
+    """m; how far from its middle a person's body and arms reach."""
+    stride: float = 0.8
     """m; legs further apart than a long step do not belong to one person."""
+
+    # Earlier views.
+    view_lateral: float = 0.06
+    """m; a place counts as free only if beams pass it on both sides by this much."""
+    view_depth: float = 0.12
+    """m; range noise and pose error between two views."""
+    view_slack: float = 0.015
+    """rad; heading error of odometry within a few seconds, felt on slanting walls."""
+    view_spacing: float = 0.25
+    """s between the views kept; a walker clears its own width in about this time."""
+    view_count: int = 8
+    """views; their ages grow in equal ratios, so that eight reach back half a minute."""
+    view_age: float = 0.35
+    """s; younger views show a walker still where it is."""
+    clear_range: float = 4.0
+    """m; a beam without a return proves free space only this far: dark cloth absorbs."""
 
     # Motion.
     acceleration_noise: float = 0.8
@@ -47,8 +67,16 @@ class TrackerSettings:
     """m; where the body is when one leg is seen: a quarter of a stride away."""
     birth_speed_noise: float = 1.0
     """m/s; standard deviation of a person's velocity before it is known."""
-    gate: float = 0.45
-    """m; a body does not jump further from its prediction; widened by the uncertainty."""
+
+    # Association.
+    gate: float = 3.0
+    """standard deviations; 99 % of what belongs together lies within."""
+    second_leg_cost: float = 2.0
+    """squared deviations; a leg of one's own goes before another's second."""
+    mismatch_cost: float = 4.0
+    """squared deviations; walkers do not turn into furniture, nor furniture into walkers."""
+    size_cost: float = 0.5
+    """squared deviations for each squared log ratio of sizes; legs merge and part."""
 
     # Life.
     confirm_time: float = 0.25
@@ -61,10 +89,24 @@ class TrackerSettings:
     """s between scans; after that nothing remembered about moving things can be trusted."""
 
     # Human or obstacle.
+    trail_spacing: float = 0.2
+    """s; the trail of six places spans a second, long enough to tell walking from swaying."""
     walking_speed: float = 0.25
     """m/s; slower drift is explained by the changing view of a thing that stands still."""
-    walking_distance: float = 0.3
+    walking_distance: float = 0.25
     """m; what a thing must have covered to count as moving by itself."""
+    fresh_rate: float = 6.0
+    """log-odds a second while all of a thing is where nothing was."""
+    vacated_rate: float = 6.0
+    """log-odds a second while it moves and where it was is seen empty."""
+    moved_rate: float = 3.0
+    """log-odds a second while it moves and no earlier view speaks against it."""
+    still_rate: float = 4.0
+    """log-odds a second against, while all of a thing is where something always was."""
+    human_odds: float = 1.5
+    """log-odds; 82 % sure to name it human, 82 % sure to take the name away."""
+    motion_limit: float = 4.0
+    """log-odds; 98 %: certainty that a second of evidence can still turn round."""
 
     # Mapped walls.
     wall_margin: float = 0.15

@@ -20,22 +20,33 @@ A constant-velocity model with the same noise along x and y needs one 2 x 2 cova
 
 import numpy as np
 
+# Places remembered of each track, one every `trail_spacing` seconds.
+TRAIL = 6
+
 
 class TrackTable:
     """
     N tracks, one row each.
 
-    id: (N,) uint32; position, velocity: (N, 2) m, m/s; covariance: (N, 3) variance of a
-    position coordinate, its covariance with the velocity, variance of the velocity.
-    radius: (N,) m; born, seen: (N,) s; born_at: (N, 2) m; human: (N,) bool.
+    id: (N,) uint32. position, velocity: (N, 2) m, m/s.
+    covariance: (N, 3) variance of a position coordinate, its covariance with the velocity's,
+    variance of the velocity's.
+    radius: (N,) m. pair: (N,) share of the recent scans in which two legs were seen.
+    born, seen: (N,) s. score: (N,) evidence that it exists, 1 when certain.
+    motion: (N,) log-odds that it moves by itself. human: (N,) bool, the label with hysteresis.
+    reach: (N,) m, the furthest it has been from where it was born, born_at (N, 2).
+    trail: (N, TRAIL, 2) m, where it was, newest first.
     """
 
     COLUMNS = {'id': ((), np.uint32), 'position': ((2,), float), 'velocity': ((2,), float),
-               'covariance': ((3,), float), 'radius': ((), float), 'born': ((), float),
-               'seen': ((), float), 'born_at': ((2,), float), 'human': ((), bool)}
+               'covariance': ((3,), float), 'radius': ((), float), 'pair': ((), float),
+               'born': ((), float), 'seen': ((), float), 'score': ((), float),
+               'motion': ((), float), 'human': ((), bool), 'reach': ((), float),
+               'born_at': ((2,), float), 'trail': ((TRAIL, 2), float)}
 
     def __init__(self):
         self._next = 1
+        self._trail_stamp = -np.inf
         self.clear()
 
     def __len__(self):
@@ -46,6 +57,7 @@ class TrackTable:
         """Drop every track; identities are not used again."""
         for name, (shape, kind) in self.COLUMNS.items():
             setattr(self, name, np.empty((0,) + shape, dtype=kind))
+        self._trail_stamp = -np.inf
 
     def keep(self, which):
         """Keep only the rows `which` (N,) bool."""
@@ -54,20 +66,21 @@ class TrackTable:
         for name in self.COLUMNS:
             setattr(self, name, getattr(self, name)[which])
 
-    def add(self, position, radius, stamp, settings):
-        """Start a track at rest on each of `position` (K, 2)."""
+    def add(self, position, radius, pair, stamp, settings):
+        """Start a track at rest on each of `position` (K, 2); `pair` (K,) where on two legs."""
         count = len(position)
         if not count:
             return
-        spread = (settings.body_noise ** 2, 0.0, settings.birth_speed_noise ** 2)
+        spread = (settings.leg_noise ** 2, 0.0, settings.birth_speed_noise ** 2)
         fresh = {'id': np.arange(self._next, self._next + count), 'position': position,
                  'velocity': np.zeros((count, 2)), 'covariance': np.tile(spread, (count, 1)),
-                 'radius': radius, 'born': np.full(count, stamp), 'seen': np.full(count, stamp),
-                 'born_at': position, 'human': np.zeros(count, bool)}
+                 'radius': radius, 'pair': pair, 'born_at': position,
+                 'born': np.full(count, stamp), 'seen': np.full(count, stamp),
+                 'trail': np.repeat(position[:, None], TRAIL, axis=1)}
         self._next += count
-        for name, (_, kind) in self.COLUMNS.items():
-            column = np.concatenate((getattr(self, name), fresh[name].astype(kind)))
-            setattr(self, name, column)
+        for name, (shape, kind) in self.COLUMNS.items():
+            rows = fresh.get(name, np.zeros((count,) + shape))
+            setattr(self, name, np.concatenate((getattr(self, name), np.asarray(rows, kind))))
 
     def predict(self, elapsed, noise):
         """Move every track `elapsed` seconds on, under white acceleration of density `noise`."""
@@ -79,8 +92,8 @@ class TrackTable:
             cross + elapsed * speed + density * elapsed ** 2 / 2.0,
             speed + density * elapsed), axis=1)
 
-    def correct(self, rows, position, radius, stamp, noise):
-        """Correct `rows` (K,) by `position` (K, 2), known to `noise` (K,) or () metres."""
+    def correct(self, rows, position, noise, stamp):
+        """Correct `rows` (K,) by `position` (K, 2), each coordinate known to `noise` (K,) m."""
         place, cross, speed = self.covariance[rows].T
         total = place + np.square(noise)
         gain, rate = place / total, cross / total
@@ -89,5 +102,12 @@ class TrackTable:
         self.velocity[rows] += rate[:, None] * innovation
         self.covariance[rows] = np.stack(
             ((1.0 - gain) * place, (1.0 - gain) * cross, speed - rate * cross), axis=1)
-        self.radius[rows] += 0.3 * (radius - self.radius[rows])
         self.seen[rows] = stamp
+
+    def lay_trail(self, stamp, spacing):
+        """Push the present places onto the trails once every `spacing` seconds."""
+        gone = np.linalg.norm(self.position - self.born_at, axis=1)
+        self.reach = np.maximum(self.reach, gone)
+        if stamp - self._trail_stamp >= spacing - 1e-3:
+            self.trail = np.concatenate((self.position[:, None], self.trail[:, :-1]), axis=1)
+            self._trail_stamp = stamp

@@ -12,18 +12,19 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-From scans to tracks: predict, associate, update, give birth, bury, label.
+From scans to tracks: predict, associate, correct, judge, give birth, bury.
 
 Constant-velocity Kalman filters with optimal assignment (Bar-Shalom and Li 1995; Kuhn 1955).
 """
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
-from wallnav_ros.perception.clustering import describe, split_runs
+from wallnav_ros.perception.association import associate
+from wallnav_ros.perception.classification import weigh_motion
+from wallnav_ros.perception.detection import detect, judge_points, place_beams
 from wallnav_ros.perception.settings import TrackerSettings
 from wallnav_ros.perception.track_table import TrackTable
-from wallnav_ros.world.geometry import to_parent
+from wallnav_ros.perception.visibility import look_up, make_view, ViewMemory
 from wallnav_ros.world.tracks import HUMAN, OBSTACLE, Tracks
 
 
@@ -38,6 +39,7 @@ class Tracker:
         self.settings = settings
         self.resets = 0
         self._table = TrackTable()
+        self._views = {}
         self._stamp = None
 
     def update(self, scan, pose=None, walls=None, end_pose=None, sensor='scan'):
@@ -55,14 +57,24 @@ class Tracker:
         elapsed = self._advance(scan.stamp)
         table.predict(elapsed, settings.acceleration_noise)
         pose = np.zeros(3) if pose is None else np.asarray(pose, dtype=float)
-        clusters = self._cluster(scan, pose, walls)
-        small = np.flatnonzero((clusters.width <= settings.largest_width)
-                               & (clusters.depth <= settings.largest_width))
-        position, radius = self._measure(clusters, small, pose)
-        claimed = self._associate(position, radius, scan.stamp)
-        rest = np.setdiff1d(np.arange(len(small)), claimed)
-        table.add(position[rest], radius[rest], scan.stamp, settings)
-        table.keep(scan.stamp - table.seen <= settings.miss_time)
+        hits, points = place_beams(scan, pose, end_pose, settings)
+        if walls is not None and len(points):
+            open_space = walls.at(points) > settings.wall_margin
+            hits, points = hits[open_space], points[open_space]
+        memory = self._views.setdefault(
+            sensor, ViewMemory(settings.view_spacing, settings.view_count))
+        view = make_view(scan, pose, settings.clear_range)
+        earlier = memory.older_than(scan.stamp - settings.view_age, view)
+        still, fresh = judge_points(points, scan, earlier, settings)
+        seen = detect(scan, hits, points, pose, still, fresh,
+                      table.position[table.human], settings)
+        match = associate(table, seen, settings)
+        self._correct(seen, match, scan, view, elapsed)
+        self._miss(match, scan, view, elapsed)
+        self._give_birth(seen, match, scan.stamp)
+        self._merge()
+        table.lay_trail(scan.stamp, settings.trail_spacing)
+        memory.add(view)
         return self._report(scan.stamp)
 
     def _advance(self, stamp):
@@ -70,55 +82,84 @@ class Tracker:
         elapsed = 0.0 if self._stamp is None else stamp - self._stamp
         if elapsed < -0.5 or elapsed > self.settings.longest_gap:
             self._table.clear()
+            self._views.clear()
+            self._stamp = None
             self.resets += 1
             elapsed = 0.0
-        self._stamp = stamp if self._stamp is None or elapsed >= 0.0 else self._stamp
+        self._stamp = stamp if self._stamp is None else max(stamp, self._stamp)
         return max(elapsed, 0.0)
 
-    def _cluster(self, scan, pose, walls):
-        settings = self.settings
-        hits = np.flatnonzero(scan.hits & (scan.ranges <= settings.max_range))
-        angles, ranges = scan.angles[hits], scan.ranges[hits]
-        points = to_parent(pose, np.stack((ranges * np.cos(angles), ranges * np.sin(angles)), 1))
-        if walls is not None and len(points):
-            free = walls.at(points) > settings.wall_margin
-            angles, ranges, points = angles[free], ranges[free], points[free]
-        step = abs(scan.angle_increment)
-        owner = split_runs(angles, ranges, step, scan.full_circle,
-                           settings.break_distance, settings.beam_factor)
-        return describe(points, pose[:2], owner, step)
+    def _correct(self, seen, match, scan, view, elapsed):
+        """Correct the tracks that were seen, by one detection or the mean of two legs."""
+        settings, table = self.settings, self._table
+        rows = np.flatnonzero(match.first >= 0)
+        if not len(rows):
+            return
+        one = match.first[rows]
+        both = match.second[rows] >= 0
+        two = np.where(both, match.second[rows], one)
+        position = 0.5 * (seen.position[one] + seen.position[two])
+        apart = np.linalg.norm(seen.position[one] - seen.position[two], axis=1)
+        radius = np.maximum(seen.radius[one], seen.radius[two]) + 0.5 * apart
+        alone = seen.leg[one] & ~both & (table.pair[rows] > 0.3)
+        noise = np.where(alone, settings.leg_noise, seen.noise[one])
+        table.correct(rows, position, noise, scan.stamp)
+        share = min(elapsed / 0.5, 1.0)
+        table.pair[rows] += share * (both - table.pair[rows])
+        table.radius[rows] += share * (radius - table.radius[rows])
+        table.score[rows] = np.minimum(table.score[rows] + elapsed / settings.confirm_time, 1.0)
+        weight = seen.count[one] + both * seen.count[two]
+        shares = [(kind[one] * seen.count[one] + both * kind[two] * seen.count[two]) / weight
+                  for kind in (seen.still, seen.fresh)]
+        vacated = look_up([view], scan, table.trail[rows, 3], 0.15, 0.2, 0.0)[0][0]
+        weigh_motion(table, rows, *shares, vacated, elapsed, settings)
 
-    def _measure(self, clusters, chosen, pose):
-        """Return centres (K, 2) and radii (K,) of the discs whose near side was seen."""
-        radius = 0.5 * clusters.width[chosen]
-        sight = clusters.centroid[chosen] - pose[:2]
-        sight /= np.maximum(clusters.distance[chosen], 1e-6)[:, None]
-        # Beams spread evenly across a disc hit it, on average, pi/4 of a radius before its centre.
-        return clusters.centroid[chosen] + sight * (np.pi / 4.0 * radius)[:, None], radius
+    def _miss(self, match, scan, view, elapsed):
+        """Doubt the tracks whose place is seen empty, and bury those unseen for too long."""
+        settings, table = self.settings, self._table
+        missed = match.first < 0
+        if missed.any():
+            empty = look_up([view], scan, table.position, 0.1, 0.3, 0.0)[0][0]
+            loss = np.where(missed & (empty | (table.score < 1.0)), elapsed, 0.0)
+            table.score -= loss / settings.miss_time
+        hidden = scan.stamp - table.seen
+        table.keep((table.score > 0.0) & (hidden <= settings.occlusion_time))
 
-    def _associate(self, position, radius, stamp):
-        """Pair tracks with measurements, update them, and return the measurements used."""
-        table, settings = self._table, self.settings
-        if not len(table) or not len(position):
-            return np.empty(0, dtype=int)
-        gap = np.linalg.norm(table.position[:, None] - position[None], axis=2)
-        gate = settings.gate + 2.0 * np.sqrt(table.covariance[:, 0])[:, None]
-        gate = np.minimum(gate, 2.0 * settings.gate)
-        cost = np.where(gap <= gate, gap, 1e3)
-        rows, columns = linear_sum_assignment(cost)
-        good = cost[rows, columns] < 1e3
-        rows, columns = rows[good], columns[good]
-        table.correct(rows, position[columns], radius[columns], stamp, settings.body_noise)
-        moved = np.linalg.norm(table.position - table.born_at, axis=1)
-        speed = np.linalg.norm(table.velocity, axis=1)
-        table.human |= (moved > settings.walking_distance) & (speed > settings.walking_speed)
-        return columns
+    def _give_birth(self, seen, match, stamp):
+        """Start tracks on what no track explains, two legs together where they may be."""
+        settings, table = self.settings, self._table
+        free = np.flatnonzero(~match.used & (seen.count >= 3))
+        if len(table) and len(free):
+            people = table.position[table.human]
+            gap = np.linalg.norm(seen.position[free][:, None] - people[None], axis=2)
+            crowded = (gap < settings.carve_radius).any(axis=1) & seen.leg[free]
+            free = free[~crowded]
+        position, radius, pair = seen.position[free], seen.radius[free], np.zeros(len(free))
+        table.add(position, radius, pair, stamp, settings)
+
+    def _merge(self):
+        """Join pairs of tracks that are one person's two legs."""
+        settings, table = self.settings, self._table
+        if len(table) < 2:
+            return
+        rows = np.flatnonzero((table.motion > 0.0) & (table.radius < settings.stride / 2.0))
+        gap = np.linalg.norm(table.position[rows, None] - table.position[None, rows], axis=2)
+        drift = np.linalg.norm(table.velocity[rows, None] - table.velocity[None, rows], axis=2)
+        one, two = np.nonzero(np.triu((gap < 0.35) & (drift < 0.7), k=1))
+        if not len(one):
+            return
+        lost = np.zeros(len(table), dtype=bool)
+        lost[np.where(table.human[rows[two]] & ~table.human[rows[one]], rows[one], rows[two])] = True
+        table.keep(~lost)
 
     def _report(self, stamp):
         table = self._table
-        shown = np.flatnonzero(stamp - table.born >= self.settings.confirm_time)
+        shown = np.flatnonzero(table.score >= 1.0)
         human = table.human[shown]
-        velocity = np.where(human[:, None], table.velocity[shown], 0.0)
+        speed = np.linalg.norm(table.velocity[shown], axis=1)
+        doubt = np.sqrt(table.covariance[shown, 2])
+        moving = human & (speed > 2.0 * doubt)
+        velocity = np.where(moving[:, None], table.velocity[shown], 0.0)
         label = np.where(human, HUMAN, OBSTACLE).astype(np.uint8)
         return Tracks(stamp, table.id[shown], table.position[shown].copy(), velocity,
                       table.radius[shown].copy(), label)

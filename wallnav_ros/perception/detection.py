@@ -1,0 +1,133 @@
+# Copyright 2026 The wallnav_ros authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+From one scan to the things in it: clusters with a centre, a size and what earlier views say.
+
+Jump-distance clusters, cut where standing background meets something that arrived, and where
+two people touch (the tracker tells where it expects them).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from wallnav_ros.perception.clustering import describe, split_runs
+from wallnav_ros.perception.visibility import look_up
+from wallnav_ros.world.geometry import rotate, wrap_angle
+
+# Where the beams that cross a disc evenly hit it, on average, before its centre: pi / 4 radii.
+_FRONT = np.pi / 4.0
+
+
+@dataclass(frozen=True)
+class Detections:
+    """
+    D compact things seen in one scan, in the tracking frame.
+
+    position: (D, 2) metres, of the centre. radius: (D,) metres. count: (D,) beams.
+    still: (D,) share of the beams that end where earlier views saw a surface too.
+    fresh: (D,) share of the beams that end where earlier views saw nothing.
+    leg: (D,) bool, no wider than a leg. noise: (D,) metres, error of a coordinate.
+    """
+
+    position: np.ndarray
+    radius: np.ndarray
+    count: np.ndarray
+    still: np.ndarray
+    fresh: np.ndarray
+    leg: np.ndarray
+    noise: np.ndarray
+
+    def __len__(self):
+        """Return the number of detections."""
+        return len(self.radius)
+
+
+def place_beams(scan, pose, end_pose, settings):
+    """
+    Return (hits (P,) int, points (P, 2)): the beams in reach and their ends, straightened.
+
+    `pose` and `end_pose` (3,) are the laser's in the tracking frame at the first and last beam.
+    """
+    hits = np.flatnonzero(scan.hits & (scan.ranges <= settings.max_range))
+    angles, ranges = scan.angles[hits], scan.ranges[hits]
+    pose = np.asarray(pose, float)
+    if end_pose is None or not scan.sweep_time:
+        turned = angles + pose[2]
+        base = pose[:2]
+    else:
+        change = np.asarray(end_pose, float) - pose
+        share = hits / (len(scan.ranges) - 1)
+        turned = angles + pose[2] + share * wrap_angle(change[2])
+        base = pose[:2] + share[:, None] * change[:2]
+    return hits, base + ranges[:, None] * np.stack((np.cos(turned), np.sin(turned)), axis=1)
+
+
+def judge_points(points, scan, views, settings):
+    """Return (still, fresh), each (P,) bool: what earlier `views` say of `points` (P, 2)."""
+    if not views or not len(points):
+        nothing = np.zeros(len(points), dtype=bool)
+        return nothing, nothing
+    free, occupied = look_up(views, scan, points, settings.view_lateral, settings.view_depth,
+                             settings.view_slack)
+    empty, full = free.sum(axis=0), occupied.sum(axis=0)
+    return full > empty, empty > 2 * full
+
+
+def detect(scan, hits, points, pose, still, fresh, expected, settings):
+    """
+    Return the Detections among `points` (P, 2), the ends of beams `hits` (P,) of `scan`.
+
+    pose: (3,) of the laser. still, fresh: (P,) bool. expected: (N, 2) where people should be.
+    """
+    step = abs(scan.angle_increment)
+    owner = split_runs(scan.angles[hits], scan.ranges[hits], step, scan.full_circle,
+                       settings.break_distance, settings.beam_factor)
+    clusters = describe(points, pose[:2], owner, step)
+    wide = np.maximum(clusters.width, clusters.depth) > settings.body_width
+    if wide.any():
+        owner = _cut(owner, wide[owner], points, still, expected, settings)
+        clusters = describe(points, pose[:2], owner, step)
+    size = np.maximum(clusters.width, clusters.depth)
+    chosen = np.flatnonzero(size <= settings.largest_width)
+    total = len(clusters)
+    still = np.bincount(owner, still, total)[chosen] / clusters.count[chosen]
+    fresh = np.bincount(owner, fresh, total)[chosen] / clusters.count[chosen]
+    distance = np.maximum(clusters.distance[chosen], 1e-6)
+    sight = (clusters.centroid[chosen] - pose[:2]) / distance[:, None]
+    radius = 0.5 * clusters.width[chosen]
+    leg = clusters.width[chosen] <= settings.leg_width + step * distance
+    noise = np.hypot(settings.body_noise, 0.3 * step * distance)
+    centre = clusters.centroid[chosen] + sight * (_FRONT * radius)[:, None]
+    return Detections(centre, radius, clusters.count[chosen], still, fresh, leg, noise)
+
+
+def _cut(owner, wide, points, still, expected, settings):
+    """Return new owners (P,): wide clusters cut at the background's edge and around people."""
+    which = np.flatnonzero(wide)
+    kind = np.where(_smooth(still)[which], -1, 0)
+    if len(expected):
+        gap = np.linalg.norm(points[which, None] - expected[None], axis=2)
+        nearest = gap.argmin(axis=1)
+        mine = (gap[np.arange(len(which)), nearest] < settings.carve_radius) & (kind == 0)
+        kind = np.where(mine, nearest + 1, kind)
+    label = np.zeros(len(owner), dtype=np.intp)
+    label[which] = kind - kind.min()
+    pairs = owner * (label.max() + 1) + label
+    return np.unique(pairs, return_inverse=True)[1]
+
+
+def _smooth(flags):
+    """Return `flags` (P,) after a majority vote of five neighbours."""
+    return np.convolve(flags, np.ones(5), mode='same') > 2.5
