@@ -11,4 +11,15 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Command-line tools: train, evaluate, drive, replay, extract_walls, benchmark."""
+"""
+The tools, one module each.
+
+Importing this room, before NumPy, keeps BLAS to one thread.
+"""
+
+import os
+
+# Matrices here are small: a second BLAS thread gains nothing, and where cores are shared the
+# threads wait for each other. Workers are processes instead.
+for _name in ('OMP_NUM_THREADS', 'OPENBLAS_NUM_THREADS'):
+    os.environ.setdefault(_name, '1')

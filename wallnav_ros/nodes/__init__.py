@@ -11,4 +11,14 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""ROS 2 nodes around the rooms (the only library code that imports rclpy)."""
+"""
+The ROS 2 nodes, the only room that imports rclpy; see docs/nodes.md.
+
+Importing this room, before NumPy, keeps BLAS to one thread.
+"""
+
+import os
+
+# BLAS threads spin while they wait for each other: on a robot that is heat, not speed.
+for _name in ('OMP_NUM_THREADS', 'OPENBLAS_NUM_THREADS'):
+    os.environ.setdefault(_name, '1')

@@ -1,0 +1,104 @@
+# Copyright 2026 The wallnav_ros authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+Evaluate a policy over seeds and cells, on any number of worker processes.
+
+Paper section 7; the same seed gives the same results, whatever the number of workers.
+"""
+
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from itertools import repeat
+import multiprocessing
+import os
+
+from tqdm import tqdm
+
+from wallnav_ros.policy.actions import make_actions
+from wallnav_ros.policy.lookahead import Lookahead
+from wallnav_ros.policy.value_function import load_value_function
+from wallnav_ros.simulation.episodes import draw_episode
+from wallnav_ros.simulation.orca import OrcaPolicy
+from wallnav_ros.simulation.rollout import GreedyPolicy, run_episodes
+from wallnav_ros.simulation.scenarios import load_scenario
+from wallnav_ros.world.files import find_asset
+
+# Episodes run side by side. Fixed, because a matrix product's last bit may depend on how many
+# rows it has: the batches, and so the results, must not depend on the number of workers.
+BATCH = 25
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """
+    What to evaluate.
+
+    model: weight file, its short name, or `orca`. scenario: file or short name.
+    case: one of its cases. seeds: range. horizons: steps, or None for the model's own rule.
+    """
+
+    model: str
+    scenario: str
+    case: str
+    seeds: range
+    horizons: tuple = None
+
+
+def load_policy(model, horizons=None):
+    """
+    Return the policy called `model`.
+
+    Raises FileNotFoundError or WeightsError with one line that says what to do.
+    """
+    if model == 'orca':
+        return OrcaPolicy(make_actions())
+    weights = load_value_function(find_asset('models', model, '.npz'))
+    return GreedyPolicy(Lookahead.from_weights(weights, horizons))
+
+
+def run_campaigns(campaigns, workers=1, progress=True):
+    """Return one list of EpisodeResult per campaign, in the order of its seeds."""
+    jobs = [(number, campaign.seeds[start:start + BATCH])
+            for number, campaign in enumerate(campaigns)
+            for start in range(0, len(campaign.seeds), BATCH)]
+    results = [[] for _ in campaigns]
+    bar = tqdm(total=sum(len(campaign.seeds) for campaign in campaigns), desc='evaluating',
+               unit='episode', disable=not progress)
+    if workers == 1:
+        batches = map(_run_batch, ((campaigns[number], seeds) for number, seeds in jobs))
+        _collect(batches, jobs, results, bar)
+    else:
+        # One BLAS thread a worker: more would fight over the same cores.
+        os.environ.setdefault('OMP_NUM_THREADS', '1')
+        os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
+        context = multiprocessing.get_context('spawn')
+        with ProcessPoolExecutor(workers, mp_context=context) as pool:
+            batches = pool.map(_run_batch, [(campaigns[number], seeds) for number, seeds in jobs])
+            _collect(batches, jobs, results, bar)
+    bar.close()
+    return results
+
+
+def _collect(batches, jobs, results, bar):
+    for (number, _), batch in zip(jobs, batches):
+        results[number].extend(batch)
+        bar.update(len(batch))
+
+
+def _run_batch(job):
+    campaign, seeds = job
+    policy = load_policy(campaign.model, campaign.horizons)
+    scenario = load_scenario(campaign.scenario)
+    episodes = list(map(draw_episode, repeat(scenario), repeat(campaign.case), seeds))
+    return run_episodes(episodes, policy)
