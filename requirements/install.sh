@@ -126,8 +126,6 @@ esac
 echo "installing into $venv: $set_name"
 # shellcheck disable=SC2046  # one word per option
 pip_install -c requirements/constraints.txt $(printf -- '-r requirements/%s.txt ' $lists)
-if [ "$set_name" != oldest ]; then
-    pip_install --no-deps -r requirements/no_deps.txt
-    # Editable: the nodes and the shipped maps, models and parameters are those of this tree.
-    pip_install --no-deps --no-build-isolation --editable .
-fi
+[ "$set_name" = oldest ] || pip_install --no-deps -r requirements/no_deps.txt
+# Editable: the nodes and the shipped maps, models and parameters are those of this tree.
+pip_install --no-deps --no-build-isolation --editable .

@@ -24,8 +24,8 @@ import sys
 import pytest
 
 PACKAGE = 'wallnav_ros'
-ROOMS = ('world', 'mapping', 'perception', 'policy', 'simulation', 'learning', 'evaluation',
-         'nodes', 'commands')
+ROOMS = ('world', 'mapping', 'perception', 'policy', 'navigation', 'simulation', 'learning',
+         'evaluation', 'nodes', 'commands')
 
 # Ubuntu 24.04 has these by rosdep key; the nodes must run on nothing else.
 ROBOT_LIBRARIES = {'numpy', 'scipy', 'cv2', 'shapely', 'yaml', 'matplotlib'}
@@ -39,9 +39,10 @@ ALLOWED_ROOMS = {
     'mapping': {'world'},
     'perception': {'world'},
     'policy': {'world'},
+    'navigation': {'world', 'mapping', 'perception', 'policy'},
     'simulation': {'world', 'policy', 'mapping'},
-    'learning': {'world', 'mapping', 'perception', 'policy', 'simulation', 'evaluation'},
-    'evaluation': {'world', 'mapping', 'perception', 'policy', 'simulation'},
+    'learning': set(ROOMS) - {'nodes', 'commands'},
+    'evaluation': set(ROOMS) - {'learning', 'nodes', 'commands'},
     'nodes': set(ROOMS) - {'learning', 'commands'},
     'commands': set(ROOMS),
 }
@@ -50,6 +51,7 @@ ALLOWED_LIBRARIES = {
     'mapping': ROBOT_LIBRARIES,
     'perception': ROBOT_LIBRARIES,
     'policy': ROBOT_LIBRARIES,
+    'navigation': ROBOT_LIBRARIES,
     'simulation': ROBOT_LIBRARIES | TOOL_LIBRARIES,
     'learning': ROBOT_LIBRARIES | TOOL_LIBRARIES | {'torch'},
     'evaluation': ROBOT_LIBRARIES | TOOL_LIBRARIES,
@@ -139,6 +141,8 @@ def test_a_room_imports_only_what_its_row_allows(repository, room):
     ('simulation', 'from wallnav_ros.perception import tracking',
      ['wallnav_ros.perception.tracking']),
     ('simulation', 'import rclpy.node', ['rclpy.node']),
+    ('navigation', 'from wallnav_ros.simulation import lidar', ['wallnav_ros.simulation.lidar']),
+    ('navigation', 'from rclpy.time import Time', ['rclpy.time.Time']),
     ('learning', 'from wallnav_ros.nodes import conversions',
      ['wallnav_ros.nodes.conversions']),
     ('learning', 'from sensor_msgs.msg import LaserScan', ['sensor_msgs.msg.LaserScan']),
