@@ -17,6 +17,7 @@ How every node starts and stops: parameters first, a clean end on SIGINT and SIG
 Exit statuses follow docs/nodes.md: 0 ended on request, 1 crashed, 2 refused to start.
 """
 
+from pathlib import Path
 import signal
 import sys
 import threading
@@ -43,7 +44,7 @@ def run(make_node, args=None):
     # Blocked in every thread that ROS starts, so that the one below alone takes them; rclpy's
     # own handlers would invalidate the publishers before a last command could be sent.
     signal.pthread_sigmask(signal.SIG_BLOCK, STOP_SIGNALS)
-    name = getattr(make_node, '__name__', 'node')
+    name = Path(sys.argv[0]).stem
     try:
         try:
             rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)

@@ -1,0 +1,126 @@
+# Copyright 2026 The wallnav_ros authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+Where the robot is: odometry, corrected by a localisation's last word.
+
+REP-105: `odom` is continuous and drifts, `map` jumps; what AMCL corrects is odom in map.
+"""
+
+import numpy as np
+
+from wallnav_ros.perception.odometry_buffer import PoseBuffer
+from wallnav_ros.world.geometry import compose, invert
+
+MAP = 'map'
+
+
+class Localisation:
+    """
+    The robot's pose in the state frame: `map` once it is localised, else that of odometry.
+
+    odom_frame, base_frame: names, from the odometry itself. map_from_odom: (3,) pose of the
+    odometry's frame in the map, None while not localised. velocity: (2,) m/s forward, rad/s.
+    travelled: metres driven since the last fix. fix_stamp: its stamp in seconds, or None.
+    last_jump: metres by which the last fix moved the robot.
+    """
+
+    def __init__(self, map_from_odom=None):
+        """Start at an unknown place, or with the odometry's frame fixed in the map at (3,)."""
+        self.odom_frame, self.base_frame = 'odom', 'base_link'
+        self.fixed = map_from_odom is not None
+        self.map_from_odom = map_from_odom
+        self.forget()
+
+    def forget(self):
+        """Forget everything but a fixed odometry frame, as after a jump of the clock."""
+        self.velocity = np.zeros(2)
+        self.travelled, self.last_jump = 0.0, 0.0
+        self.fix_stamp = None
+        self._poses = PoseBuffer()
+        self._first = self._last = None
+        self._waiting = None
+        if not self.fixed:
+            self.map_from_odom = None
+
+    @property
+    def state_frame(self):
+        """Return the name of the frame that poses, goal and walls are brought into."""
+        return self.odom_frame if self.map_from_odom is None else MAP
+
+    @property
+    def odom_in_state(self):
+        """Return the pose (3,) of the odometry's frame in the state frame."""
+        return np.zeros(3) if self.map_from_odom is None else self.map_from_odom
+
+    def add_odometry(self, stamp, pose, velocity):
+        """Take a pose (3,) and velocity (2,); returns whether it was in order."""
+        if not self._poses.add(stamp, pose):
+            return False
+        if self._last is None:
+            self._first = stamp
+        else:
+            self.travelled += float(np.hypot(*(pose - self._last)[:2]))
+        self._last, self.velocity = pose, velocity
+        self._settle()
+        return True
+
+    def add_fix(self, stamp, pose):
+        """Take the robot's pose (3,) in the map at `stamp`; used once odometry reaches it."""
+        self._waiting = stamp, pose
+        self._settle()
+
+    def set_correction(self, stamp, map_from_odom):
+        """Take the pose (3,) of the odometry's frame in the map, as TF gives it."""
+        if self.map_from_odom is not None and self._last is not None:
+            moved = (compose(map_from_odom, self._last) - compose(self.map_from_odom, self._last))
+            self.last_jump = float(np.hypot(*moved[:2]))
+        self.map_from_odom, self.fix_stamp, self.travelled = map_from_odom, stamp, 0.0
+
+    def odom_pose(self, stamp):
+        """Return the robot (3,) in the odometry's frame at `stamp`, None if it cannot be told."""
+        return self._poses.at(stamp)
+
+    def pose(self, stamp):
+        """Return the robot (3,) in the state frame at `stamp`, None if it cannot be told."""
+        pose = self._poses.at(stamp)
+        return None if pose is None else compose(self.odom_in_state, pose)
+
+    def newest(self):
+        """Return the newest pose (3,) in the state frame; None before any odometry."""
+        return None if self._last is None else compose(self.odom_in_state, self._last)
+
+    def frame_in_state(self, frame):
+        """Return the pose (3,) of `frame` in the state frame, None if they are not related."""
+        if frame == self.state_frame:
+            return np.zeros(3)
+        if frame == self.odom_frame:
+            return self.odom_in_state
+        if frame == self.base_frame:
+            return self.newest()
+        return None
+
+    def in_odom(self, pose):
+        """Return a pose (3,), given in the state frame, in the odometry's."""
+        return compose(invert(self.odom_in_state), pose)
+
+    def _settle(self):
+        """Use the waiting fix if odometry can tell where the robot was then."""
+        if self._waiting is None or self._last is None:
+            return
+        stamp, pose = self._waiting
+        # AMCL speaks when the robot moves: a fix from before our first odometry still holds.
+        odom = self._poses.at(max(stamp, self._first))
+        if odom is not None:
+            self._waiting = None
+            self.set_correction(stamp, compose(pose, invert(odom)))

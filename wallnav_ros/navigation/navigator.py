@@ -1,0 +1,310 @@
+# Copyright 2026 The wallnav_ros authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+The robot-side core: newest data in, one command out, and the reason whenever it is zero.
+
+The data's way of docs/architecture.md; paper sections 4 (decision) and 8 (the real robot).
+"""
+
+from collections import Counter
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from wallnav_ros.navigation.localisation import Localisation, MAP
+from wallnav_ros.navigation.surfaces import add_surfaces, scan_points, unexplained
+from wallnav_ros.navigation.watchdogs import ClockWatch, Feed, Stop
+from wallnav_ros.policy.actions import STOP
+from wallnav_ros.world.geometry import compose, drive_unicycle, invert, rotate, to_parent
+from wallnav_ros.world.state import Agents, Observation, Robot
+from wallnav_ros.world.tracks import Tracks
+
+LONGEST_PREDICTION = 0.5       # s that tracks and the robot are carried forward at most
+FIX_DISTANCE = 0.5             # m driven without a fix before its age counts
+MOST_REASONS = 50              # kept apart
+STANDSTILL = np.zeros(2)
+
+
+@dataclass(frozen=True)
+class NavigatorSettings:
+    """
+    The robot and what it waits for.
+
+    radius, goal_tolerance: m. preferred_speed: m/s. scan_timeout, odom_timeout,
+    tracks_timeout, localisation_timeout: s. tracks_given: tracks come from another process
+    instead of the tracker in this one.
+    """
+
+    radius: float = 0.2
+    preferred_speed: float = 0.8
+    goal_tolerance: float = 0.15
+    scan_timeout: float = 0.4
+    odom_timeout: float = 0.4
+    tracks_timeout: float = 0.4
+    localisation_timeout: float = 2.0
+    tracks_given: bool = False
+
+
+@dataclass(frozen=True)
+class Plan:
+    """
+    A decision and what it was taken on.
+
+    stamp: seconds, of the scan. command: (2,) m/s and rad/s. safe: False when every action is
+    predicted to collide. waits: the policy chose to stand. path: (K, 3) poses predicted, and
+    goal: (2,), in `frame`.
+    """
+
+    stamp: float
+    command: np.ndarray
+    safe: bool
+    waits: bool
+    path: np.ndarray
+    goal: np.ndarray
+    frame: str
+
+
+@dataclass(frozen=True)
+class Status:
+    """
+    What the robot shall do now.
+
+    command: (2,) m/s and rad/s. state: `stopped`, `driving` or `waiting` (the policy chose to
+    stand). stop: the Stop behind a zero command that the policy did not choose, else None.
+    """
+
+    command: np.ndarray
+    state: str
+    stop: Stop | None
+
+
+class Navigator:
+    """
+    Takes what the sensors say, in any order, and says what to do.
+
+    All times are seconds of the clock in use, given with every call. Whatever cannot be used
+    is counted by its reason in `rejected` and otherwise ignored.
+    tracks: the newest Tracks, in the odometry's frame. plan: the newest Plan, or None.
+    """
+
+    def __init__(self, lookahead, tracker, settings=NavigatorSettings(), localisation=None):
+        self.settings = settings
+        self.localisation = localisation or Localisation()
+        self.laser_pose = np.zeros(3)
+        self.rejected = Counter()
+        self.clock = ClockWatch()
+        self.feeds = {'scan': Feed('scan', settings.scan_timeout),
+                      'odometry': Feed('odometry', settings.odom_timeout)}
+        if settings.tracks_given:
+            self.feeds['tracks'] = Feed('tracks', settings.tracks_timeout)
+        self.walls = None
+        self.tracks = None
+        self.plan = None
+        self._lookahead, self._tracker = lookahead, tracker
+        self._points = np.empty((0, 2))
+        self._goal = None
+        self._ended = Stop('no_goal', 'no goal')
+        self._due = -np.inf
+
+    def reject(self, name, reason):
+        """Count an input (`scan`, `odometry`, `goal`, ...) that could not be used, and why."""
+        key = f'{name}: {reason}'
+        # Reasons may quote what was received: a stream of nonsense must not fill the memory.
+        if key not in self.rejected and len(self.rejected) >= MOST_REASONS:
+            key = f'{name}: another reason'
+        self.rejected[key] += 1
+        if name in self.feeds:
+            self.feeds[name].refused(reason)
+
+    def set_walls(self, walls):
+        """Take the DistanceField of the mapped walls, in the map frame, or None."""
+        self.walls, self.plan = walls, None
+
+    def set_goal(self, position, frame):
+        """
+        Drive to `position` (2,) metres in `frame`.
+
+        Returns None, or why the goal is refused; the robot then stands without a goal.
+        """
+        self._goal = self.plan = None
+        if not np.isfinite(position).all():
+            return self._refuse('a coordinate is not finite')
+        place = self.localisation
+        relation = place.frame_in_state(frame)
+        if relation is None:
+            hint = ('the robot is not localised (no amcl_pose, no transform)' if frame == MAP
+                    else f'known frames are {place.state_frame}, {place.odom_frame} and '
+                         f'{place.base_frame}')
+            return self._refuse(
+                f'frame {frame!r} cannot be related to {place.state_frame}: {hint}')
+        # A goal in the map stays put there, one in the odometry's frame drifts with it.
+        if frame == place.base_frame:
+            position, frame = to_parent(relation, position), place.state_frame
+        self._goal = np.asarray(position, dtype=float), frame
+        self._due = -np.inf
+        return None
+
+    def _refuse(self, reason):
+        self._ended = Stop('goal_refused', f'goal: {reason}')
+        self.reject('goal', reason)
+        return reason
+
+    def take_odometry(self, stamp, pose, velocity, now):
+        """Take the robot's pose (3,) and velocity (2,) by odometry."""
+        if self.localisation.add_odometry(stamp, pose, velocity):
+            self.feeds['odometry'].arrived(stamp, now)
+        else:
+            self.reject('odometry', 'out of order')
+
+    def take_scan(self, scan, now):
+        """Take a Scan and, when one is due, decide on it; returns whether it was used."""
+        place = self.localisation
+        base = place.odom_pose(scan.stamp)
+        if base is None:
+            self.reject('scan', 'no odometry at its stamp')
+            return False
+        if not (scan.hits | scan.clear).any():
+            self.reject('scan', 'no beam is valid')
+            return False
+        self.feeds['scan'].arrived(scan.stamp, now)
+        laser = compose(base, self.laser_pose)
+        self._points = scan_points(scan, laser)
+        if not self.settings.tracks_given:
+            end = place.odom_pose(scan.stamp + scan.sweep_time)
+            self.tracks = self._tracker.update(
+                scan, laser, walls=self._walls_in_odom(),
+                end_pose=laser if end is None else compose(end, self.laser_pose))
+            self._decide_when_due(scan.stamp, now)
+        return True
+
+    def take_tracks(self, tracks, frame, now):
+        """Take Tracks of another process and, when one is due, decide on them."""
+        place = self.localisation
+        relation = place.frame_in_state(frame)
+        if relation is None:
+            self.reject('tracks', f'frame {frame!r} is not known')
+            return
+        self.feeds['tracks'].arrived(tracks.stamp, now)
+        self.tracks = _moved(tracks, place.in_odom(relation))
+        self._decide_when_due(tracks.stamp, now)
+
+    def update(self, now, steady):
+        """
+        Return the Status at `now` (s, the clock in use) and `steady` (s, never set).
+
+        To be called often: it is what notices that nothing arrives.
+        """
+        if self.clock.set_back(now, steady):
+            self._start_over()
+        stop = self._obstacle_to_driving(now, steady)
+        if stop is None and self._arrived():
+            self._goal = self.plan = None
+            stop = self._ended = Stop('goal_reached', 'goal reached')
+        if stop is not None:
+            # What was decided before a stop says nothing about the world after it.
+            self.plan = None
+            return Status(STANDSTILL, 'stopped', stop)
+        if self.plan is None:
+            return Status(STANDSTILL, 'stopped', Stop('planning', 'first decision due'))
+        if not self.plan.safe:
+            return Status(STANDSTILL, 'stopped', Stop(
+                'blocked', 'every action is predicted to collide'))
+        return Status(self.plan.command, 'waiting' if self.plan.waits else 'driving', None)
+
+    def _start_over(self):
+        """Forget what a clock set back has made wrong, the goal included."""
+        self.localisation.forget()
+        for feed in self.feeds.values():
+            feed.forget()
+        self.tracks = self.plan = self._goal = None
+        self._ended = Stop('clock_jumped', 'the clock was set back: send the goal again')
+        self._due = -np.inf
+
+    def _obstacle_to_driving(self, now, steady):
+        """Return the first Stop that applies, or None."""
+        fault = self.clock.fault(steady)
+        for feed in self.feeds.values():
+            fault = fault or feed.fault(now)
+        if fault is None:
+            fault = self._localisation_fault(now)
+        if fault is None and self._goal is None:
+            fault = self._ended
+        if fault is None and self.localisation.frame_in_state(self._goal[1]) is None:
+            fault = Stop('localisation_missing', f'localisation: no pose in {self._goal[1]}')
+        return fault
+
+    def _localisation_fault(self, now):
+        place = self.localisation
+        if place.map_from_odom is None or place.fixed:
+            return None
+        # AMCL is silent while the robot stands: only what was driven since makes a fix old.
+        age = now - place.fix_stamp
+        if age > self.settings.localisation_timeout and place.travelled > FIX_DISTANCE:
+            return Stop('localisation_stale', f'localisation: no pose for {age:.2f} s and '
+                        f'{place.travelled:.2f} m (timeout '
+                        f'{self.settings.localisation_timeout:g} s)')
+        return None
+
+    def _goal_in_state(self):
+        position, frame = self._goal
+        return to_parent(self.localisation.frame_in_state(frame), position)
+
+    def _arrived(self):
+        gap = self._goal_in_state() - self.localisation.newest()[:2]
+        return np.hypot(*gap) < self.settings.goal_tolerance
+
+    def _walls_in_odom(self):
+        place = self.localisation
+        if self.walls is None or place.map_from_odom is None:
+            return None
+        return replace(self.walls, pose=compose(invert(place.map_from_odom), self.walls.pose))
+
+    def _decide_when_due(self, stamp, now):
+        step = self._lookahead.rule.time_step
+        if self._goal is None or stamp < self._due:
+            return
+        # Counted from the last due time, so that decisions keep their rate at any scan rate.
+        self._due = (self._due if stamp - self._due < step else stamp) + step
+        if self.localisation.frame_in_state(self._goal[1]) is None or not self.feeds['scan'].count:
+            return
+        observation = self.observe(now)
+        decision = self._lookahead.decide(observation)
+        self.plan = Plan(stamp, decision.command, decision.safe, decision.action == STOP,
+                         decision.path, observation.robot.goal, self.localisation.state_frame)
+
+    def observe(self, now):
+        """Return the Observation at `now`, all of it carried forward to that moment."""
+        place, settings = self.localisation, self.settings
+        walls = self.walls if place.state_frame == MAP else None
+        last = self.feeds['odometry'].stamp
+        pose = drive_unicycle(place.newest(), *place.velocity, _ahead(now - last))
+        tracks = _moved(self.tracks, place.odom_in_state)
+        ahead = _ahead(now - tracks.stamp)
+        agents = Agents.of(tracks.position + ahead * tracks.velocity, tracks.velocity,
+                           tracks.radius)
+        points = unexplained(to_parent(place.odom_in_state, self._points), tracks.agents(), walls)
+        robot = Robot(pose, place.velocity, self._goal_in_state(), np.float64(settings.radius),
+                      np.float64(settings.preferred_speed))
+        return Observation(robot, agents, add_surfaces(points, walls, pose[:2]))
+
+
+def _ahead(age):
+    """Return `age` seconds where they are worth predicting, within 0 and the longest."""
+    return float(np.clip(age, 0.0, LONGEST_PREDICTION))
+
+
+def _moved(tracks, pose):
+    """Return Tracks, given in the frame placed at `pose` (3,), in its parent."""
+    return Tracks(tracks.stamp, tracks.id, to_parent(pose, tracks.position),
+                  rotate(tracks.velocity, pose[2]), tracks.radius, tracks.label)

@@ -1,0 +1,75 @@
+# Copyright 2026 The wallnav_ros authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+The health of the navigation for `diagnostics`: state, reason, rates, ages, latencies.
+
+REP-107 (diagnostics): one status, values as text.
+"""
+
+from collections import deque
+
+from diagnostic_msgs.msg import DiagnosticStatus
+import numpy as np
+
+from wallnav_ros.nodes.conversions import diagnostic_status
+
+# Standing for these reasons is as it should be; any other calls for a person's eye.
+EXPECTED = ('no_goal', 'goal_reached', 'planning', 'shutdown')
+
+
+class Latencies:
+    """The last few hundred durations, in seconds, as percentiles."""
+
+    def __init__(self, most=500):
+        self._samples = deque(maxlen=most)
+
+    def add(self, duration):
+        """Note a duration in seconds."""
+        self._samples.append(duration)
+
+    def values(self, name):
+        """Return {name_p50, name_p99} in milliseconds, empty before the first sample."""
+        if not self._samples:
+            return {}
+        p50, p99 = 1e3 * np.percentile(self._samples, (50, 99))
+        return {f'{name}_ms_p50': f'{p50:.1f}', f'{name}_ms_p99': f'{p99:.1f}'}
+
+
+def navigation_status(name, navigator, status, now, latencies):
+    """
+    Return the DiagnosticStatus of a Navigator whose last Status is `status`.
+
+    latencies: {name: Latencies}. Keys: state, cause, then feeds, localisation and rejections.
+    """
+    stop = status.stop
+    values = {'state': status.state, 'cause': stop.cause if stop else ''}
+    for feed in navigator.feeds.values():
+        values[f'{feed.name}_count'] = feed.count
+        values[f'{feed.name}_rate'] = f'{feed.rate:.1f}'
+        if (age := feed.age(now)) is not None:
+            values[f'{feed.name}_age'] = f'{age[0]:.3f}'
+    place = navigator.localisation
+    values['state_frame'] = place.state_frame
+    values['localisation_jump'] = f'{place.last_jump:.3f}'
+    values['tracks'] = 0 if navigator.tracks is None else len(navigator.tracks)
+    values['walls'] = 'none' if navigator.walls is None else 'from the map'
+    values['clock_jumps'] = navigator.clock.jumps
+    for key, latency in latencies.items():
+        values.update(latency.values(key))
+    values['rejected'] = sum(navigator.rejected.values())
+    values.update({f'rejected {reason}': count for reason, count in navigator.rejected.items()})
+    level = (DiagnosticStatus.OK if stop is None or stop.cause in EXPECTED
+             else DiagnosticStatus.WARN)
+    return diagnostic_status(name, 'wallnav_ros', level,
+                             stop.detail if stop else status.state, values)

@@ -1,0 +1,320 @@
+# Copyright 2026 The wallnav_ros authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+The node that drives: scan, odometry, map and goal in, velocity commands out.
+
+The topics, parameters and stops are those of docs/nodes.md; the thinking is in `navigation`.
+"""
+
+from dataclasses import dataclass
+import sys
+from time import monotonic
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist, TwistStamped
+from nav_msgs.msg import OccupancyGrid, Odometry
+import numpy as np
+from rclpy.clock import Clock, ClockType
+from rclpy.duration import Duration
+from rclpy.node import Node
+from sensor_msgs.msg import LaserScan, PointCloud2
+from std_msgs.msg import Header
+from visualization_msgs.msg import Marker, MarkerArray
+
+from wallnav_ros.mapping.distance_field import distance_field
+from wallnav_ros.mapping.occupancy_map import load_map
+from wallnav_ros.mapping.wall_extraction import extract_walls
+from wallnav_ros.navigation.localisation import Localisation, MAP
+from wallnav_ros.navigation.navigator import Navigator, NavigatorSettings, Status
+from wallnav_ros.navigation.watchdogs import Stop
+from wallnav_ros.nodes import conversions as convert
+from wallnav_ros.nodes.health import Latencies, navigation_status
+from wallnav_ros.nodes.markers import plan_markers, track_markers
+from wallnav_ros.nodes.parameters import declare, declare_pose, declare_settings
+from wallnav_ros.nodes.runner import run
+from wallnav_ros.nodes.topics import advertise, LATCHED, RELIABLE, SENSOR, subscribe
+from wallnav_ros.nodes.transforms import find_frames
+from wallnav_ros.perception.settings import TrackerSettings
+from wallnav_ros.perception.tracking import Tracker
+from wallnav_ros.policy.lookahead import Lookahead
+from wallnav_ros.policy.value_function import load_value_function
+from wallnav_ros.world.files import find_asset
+
+DIAGNOSTICS_PERIOD = 1.0      # s, also published whenever the reason for standing changes
+FAREWELL = Duration(seconds=0.5)      # longest wait for the last command to be acknowledged
+
+
+@dataclass(frozen=True)
+class Options:
+    """The parameters that are the node's own: see docs/nodes.md."""
+
+    map: str
+    stamped: bool
+    control_rate: float
+    wall_min_size: float
+
+
+class PolicyNode(Node):
+    """Feeds a Navigator from topics and publishes what it says."""
+
+    def __init__(self):
+        """Load and check everything, then subscribe; raises ValueError or OSError before that."""
+        super().__init__('policy_node')
+        self.options = _declare_options(self)
+        self.navigator = _make_navigator(self)
+        self._status = Status(np.zeros(2), 'stopped', Stop('no_goal', 'no goal'))
+        self._latencies = {'scan_to_command': Latencies(), 'processing': Latencies()}
+        self._advertise()
+        if self.options.map:
+            self._use_map(load_map(self.options.map))
+        self._frames = find_frames(self)
+        self._subscribe()
+        # A steady clock: a ROS clock that stands still would silence the watchdogs too.
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(1.0 / self.options.control_rate, self._step, clock=steady)
+        self.create_timer(DIAGNOSTICS_PERIOD, self._report, clock=steady)
+
+    def close(self):
+        """Leave the robot standing: a zero command is delivered before the node goes."""
+        self._status = Status(np.zeros(2), 'stopped', Stop('shutdown', 'shutting down'))
+        self._command()
+        self._report()
+        self._command_publisher.wait_for_all_acked(FAREWELL)
+
+    def _advertise(self):
+        kind = TwistStamped if self.options.stamped else Twist
+        self._command_publisher = advertise(self, kind, 'cmd_vel', RELIABLE)
+        self._decision_publisher = advertise(self, TwistStamped, 'decision', RELIABLE)
+        self._marker_publisher = advertise(self, MarkerArray, 'markers', RELIABLE)
+        self._wall_publisher = advertise(self, Marker, 'walls', LATCHED)
+        self._diagnostics_publisher = advertise(self, DiagnosticArray, 'diagnostics', RELIABLE)
+        self._tracks_publisher = (
+            None if self.navigator.settings.tracks_given
+            else advertise(self, PointCloud2, 'tracks', RELIABLE))
+
+    def _subscribe(self):
+        subscribe(self, LaserScan, 'scan', self._take_scan, SENSOR)
+        subscribe(self, Odometry, 'odom', self._take_odometry, SENSOR)
+        subscribe(self, PoseWithCovarianceStamped, 'amcl_pose', self._take_fix, LATCHED)
+        subscribe(self, PoseStamped, 'goal_pose', self._take_goal, RELIABLE)
+        if self.navigator.settings.tracks_given:
+            subscribe(self, PointCloud2, 'tracks', self._take_tracks, RELIABLE)
+        if not self.options.map:
+            subscribe(self, OccupancyGrid, 'map', self._take_map, LATCHED)
+
+    def _now(self):
+        return self.get_clock().now().nanoseconds * 1e-9
+
+    def _take_odometry(self, message):
+        try:
+            stamp, pose, velocity = convert.odometry_from_message(message)
+        except convert.MessageError as error:
+            self.navigator.reject('odometry', str(error))
+            return
+        place = self.navigator.localisation
+        place.odom_frame = convert.frame_name(message.header.frame_id) or place.odom_frame
+        place.base_frame = convert.frame_name(message.child_frame_id) or place.base_frame
+        self.navigator.take_odometry(stamp, pose, velocity, self._now())
+        if self._frames is not None:
+            self._look_up_correction()
+
+    def _take_scan(self, message):
+        received = monotonic()
+        try:
+            scan = convert.scan_from_message(message)
+        except ValueError as error:
+            self.navigator.reject('scan', str(error))
+            return
+        if self._frames is not None:
+            self._look_up_mount(convert.frame_name(message.header.frame_id))
+        before = self.navigator.plan
+        used = self.navigator.take_scan(scan, self._now())
+        self._act_on_new_plan(before, received)
+        if used and self._tracks_publisher is not None:
+            self._show_tracks()
+
+    def _take_tracks(self, message):
+        received = monotonic()
+        try:
+            tracks = convert.tracks_from_message(message)
+        except convert.MessageError as error:
+            self.navigator.reject('tracks', str(error))
+            return
+        before = self.navigator.plan
+        self.navigator.take_tracks(
+            tracks, convert.frame_name(message.header.frame_id), self._now())
+        self._act_on_new_plan(before, received)
+
+    def _take_fix(self, message):
+        frame = convert.frame_name(message.header.frame_id)
+        if frame != MAP:
+            self.navigator.reject('localisation', f'frame {frame!r} is not {MAP!r}')
+            return
+        try:
+            pose = convert.pose_from_message(message.pose.pose)
+        except convert.MessageError as error:
+            self.navigator.reject('localisation', str(error))
+            return
+        self.navigator.localisation.add_fix(convert.seconds(message.header.stamp), pose)
+
+    def _take_goal(self, message):
+        position = message.pose.position
+        refusal = self.navigator.set_goal(
+            np.array([position.x, position.y]), convert.frame_name(message.header.frame_id))
+        if refusal is not None:
+            self.get_logger().error(f'goal refused: {refusal}')
+        self._step()
+
+    def _take_map(self, message):
+        # Taking a map in can last longer than a command may: the robot stands meanwhile.
+        self._status = Status(np.zeros(2), 'stopped', Stop('map_replaced', 'reading a new map'))
+        self._command()
+        try:
+            self._use_map(convert.map_from_message(message))
+        except ValueError as error:
+            self.navigator.reject('map', str(error))
+            self.get_logger().error(f'map refused: {error}')
+
+    def _use_map(self, occupancy_map):
+        """Take an OccupancyMap's walls; raises ValueError where they cannot be used."""
+        walls = extract_walls(occupancy_map, min_size=self.options.wall_min_size).walls
+        self.navigator.set_walls(distance_field(walls))
+        for warning in occupancy_map.warnings:
+            self.get_logger().warning(warning)
+        self.get_logger().info(f'map with {len(walls)} wall segments')
+        self._wall_publisher.publish(convert.walls_marker(walls, MAP, self._now()))
+
+    def _look_up_mount(self, laser_frame):
+        found = self._frames.pose(self.navigator.localisation.base_frame, laser_frame)
+        if found is not None:
+            self.navigator.laser_pose = found[1]
+
+    def _look_up_correction(self):
+        place = self.navigator.localisation
+        found = None if place.fixed else self._frames.pose(MAP, place.odom_frame)
+        if found is not None and found[0] != place.fix_stamp:
+            place.set_correction(*found)
+
+    def _act_on_new_plan(self, before, received):
+        """Publish at once what was decided since `before`, not at the next control step."""
+        plan = self.navigator.plan
+        if plan is None or plan is before:
+            return
+        self._step()
+        decision = TwistStamped(header=Header(
+            stamp=convert.time_message(plan.stamp),
+            frame_id=self.navigator.localisation.base_frame))
+        decision.twist = convert.twist_message(self._status.command)
+        self._decision_publisher.publish(decision)
+        self._latencies['processing'].add(monotonic() - received)
+        self._latencies['scan_to_command'].add(self._now() - plan.stamp)
+        if self._marker_publisher.get_subscription_count():
+            self._show_plan()
+
+    def _step(self):
+        """Command the robot, and report at once when the reason for standing changes."""
+        before = self._status
+        self._status = self.navigator.update(self._now(), monotonic())
+        self._command()
+        old, new = (status.stop.cause if status.stop else '' for status in (before, self._status))
+        if old != new and new != 'planning':
+            if new:
+                self.get_logger().info(f'stopped: {self._status.stop.detail}')
+            else:
+                self.get_logger().info('driving')
+            self._report()
+            self._show_plan()
+
+    def _command(self):
+        message = convert.twist_message(self._status.command)
+        if self.options.stamped:
+            header = Header(stamp=self.get_clock().now().to_msg(),
+                            frame_id=self.navigator.localisation.base_frame)
+            message = TwistStamped(header=header, twist=message)
+        self._command_publisher.publish(message)
+
+    def _report(self):
+        message = DiagnosticArray(header=Header(stamp=self.get_clock().now().to_msg()))
+        message.status = [navigation_status(
+            self.get_fully_qualified_name(), self.navigator, self._status, self._now(),
+            self._latencies)]
+        self._diagnostics_publisher.publish(message)
+
+    def _show_tracks(self):
+        frame = self.navigator.localisation.odom_frame
+        if self._tracks_publisher.get_subscription_count():
+            self._tracks_publisher.publish(
+                convert.tracks_message(self.navigator.tracks, frame))
+        if self._marker_publisher.get_subscription_count():
+            self._marker_publisher.publish(track_markers(self.navigator.tracks, frame))
+
+    def _show_plan(self):
+        place = self.navigator.localisation
+        if place.newest() is not None:
+            self._marker_publisher.publish(plan_markers(
+                self.navigator.plan, self._status, place.newest(), place.state_frame,
+                self._now()))
+
+
+def _declare_options(node):
+    return Options(
+        map=declare(node, 'map', '', 'YAML file of the map; empty: take it from topic map'),
+        stamped=declare(node, 'enable_stamped_cmd_vel', False,
+                        'publish TwistStamped instead of Twist'),
+        control_rate=declare(node, 'control_rate', 20.0, 'commands a second', (5.0, 200.0)),
+        wall_min_size=declare(node, 'wall_min_size', 0.1,
+                              'm; smaller specks of the map are no walls', (0.0, 10.0)))
+
+
+def _make_navigator(node):
+    """Return the Navigator the parameters ask for; raises ValueError or OSError."""
+    defaults = NavigatorSettings()
+    source = declare(node, 'tracks_source', 'scan',
+                     'track the scan in this process, or take tracks from their topic',
+                     choices=('scan', 'topic'))
+    settings = NavigatorSettings(
+        radius=declare(node, 'robot_radius', defaults.radius, 'm', (0.01, 5.0)),
+        preferred_speed=declare(node, 'preferred_speed', defaults.preferred_speed, 'm/s',
+                                (0.01, 5.0)),
+        goal_tolerance=declare(node, 'goal_tolerance', defaults.goal_tolerance,
+                               'm from the goal that count as there', (0.01, 5.0)),
+        scan_timeout=declare(node, 'scan_timeout', defaults.scan_timeout, 's', (0.05, 10.0)),
+        odom_timeout=declare(node, 'odom_timeout', defaults.odom_timeout, 's', (0.05, 10.0)),
+        tracks_timeout=declare(node, 'tracks_timeout', defaults.tracks_timeout, 's',
+                               (0.05, 10.0)),
+        localisation_timeout=declare(
+            node, 'localisation_timeout', defaults.localisation_timeout,
+            's without a pose in the map while driving', (0.1, 60.0)),
+        tracks_given=source == 'topic')
+    tracker = Tracker(declare_settings(node, 'tracker', TrackerSettings()))
+    model = declare(node, 'model', 'wallnav', 'weight file, or name of a shipped one')
+    lookahead = Lookahead.from_weights(load_value_function(find_asset('models', model, '.npz')))
+    laser_pose = declare_pose(node, 'laser_pose', 'of the laser on the base, where TF has none')
+    fixed = declare(node, 'localisation', 'auto',
+                    'auto: amcl_pose or TF; fixed: odometry starts at odom_in_map',
+                    choices=('auto', 'fixed')) == 'fixed'
+    odom_in_map = declare_pose(node, 'odom_in_map', 'where odometry starts, if localisation fixed')
+    navigator = Navigator(lookahead, tracker, settings,
+                          Localisation(odom_in_map if fixed else None))
+    navigator.laser_pose = laser_pose
+    return navigator
+
+
+def main(args=None):
+    """Run the node; returns its exit status."""
+    return run(PolicyNode, args)
+
+
+if __name__ == '__main__':
+    sys.exit(main())
