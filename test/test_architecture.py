@@ -40,7 +40,6 @@ ALLOWED_ROOMS = {
     'perception': {'world'},
     'policy': {'world'},
     'navigation': {'world', 'mapping', 'perception', 'policy'},
-    'navigation': {'world', 'mapping', 'perception', 'policy'},
     'simulation': {'world', 'policy', 'mapping'},
     'learning': set(ROOMS) - {'nodes', 'commands'},
     'evaluation': set(ROOMS) - {'learning', 'nodes', 'commands'},
