@@ -143,8 +143,6 @@ def test_a_room_imports_only_what_its_row_allows(repository, room):
     ('simulation', 'from wallnav_ros.perception import tracking',
      ['wallnav_ros.perception.tracking']),
     ('simulation', 'import rclpy.node', ['rclpy.node']),
-    ('navigation', 'from wallnav_ros.simulation import lidar', ['wallnav_ros.simulation.lidar']),
-    ('navigation', 'from rclpy.time import Time', ['rclpy.time.Time']),
     ('learning', 'from wallnav_ros.nodes import conversions',
      ['wallnav_ros.nodes.conversions']),
     ('learning', 'from sensor_msgs.msg import LaserScan', ['sensor_msgs.msg.LaserScan']),
