@@ -17,6 +17,8 @@ The robot driven by ORCA: the demonstrator of imitation learning and the `orca` 
 Paper algorithm 1; the holonomic ORCA velocity is followed by the nearest unicycle action.
 """
 
+from weakref import WeakKeyDictionary
+
 import numpy as np
 import pyrvo
 
@@ -32,7 +34,7 @@ class OrcaPolicy:
     def __init__(self, actions, time_step=0.25):
         self.actions = actions
         self.time_step = time_step
-        self._simulators = {}
+        self._simulators = WeakKeyDictionary()
 
     def __call__(self, batch, rows, field):
         """Return the index (len(rows),) of the action for each of `rows` of `batch`."""
@@ -72,8 +74,7 @@ class OrcaPolicy:
         return np.array([velocity.x, velocity.y])
 
     def _simulator(self, episode, robot, number):
-        key = id(episode)
-        if key not in self._simulators:
+        if episode not in self._simulators:
             simulator = pyrvo.RVOSimulator(
                 self.time_step, crowd.NEIGHBOUR_DISTANCE, crowd.MAX_NEIGHBOURS,
                 crowd.TIME_HORIZON, crowd.OBSTACLE_TIME_HORIZON, 0.5, 1.0)
@@ -83,6 +84,5 @@ class OrcaPolicy:
             for position, radius, speed in discs:
                 crowd.add_disc(simulator, position, radius, speed)
             crowd.add_walls(simulator, episode.scenario.walls)
-            # The episode is kept beside its simulator, so that its id is not used again.
-            self._simulators[key] = simulator, episode
-        return self._simulators[key][0]
+            self._simulators[episode] = simulator
+        return self._simulators[episode]

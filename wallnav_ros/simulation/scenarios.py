@@ -20,14 +20,15 @@ Paper section 1 (world); the file format is in docs/scenarios.md.
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from pathlib import Path
+import reprlib
 
 import numpy as np
 import yaml
 
 from wallnav_ros.mapping.distance_field import distance_field
-from wallnav_ros.mapping.occupancy_map import load_map
+from wallnav_ros.mapping.occupancy_map import load_map, MapError
 from wallnav_ros.mapping.wall_extraction import extract_walls
-from wallnav_ros.simulation.free_space import free_points, within_polygon
+from wallnav_ros.simulation.free_space import CELL, free_points, within_polygon
 from wallnav_ros.world.distance_field import DistanceField
 from wallnav_ros.world.files import find_asset
 from wallnav_ros.world.geometry import nearest_on_segments
@@ -35,6 +36,7 @@ from wallnav_ros.world.walls import Walls
 
 PATTERNS = ('walk_to_goal', 'walk_back_and_forth', 'either')
 GOALS = ('visible', 'anywhere')
+FARTHEST = 200.0   # m that a start or goal may lie from the walls, or a goal from the start
 ROBOT_DEFAULTS = {'radius': 0.2, 'preferred_speed': 0.8, 'visible': False}
 AGENT_DEFAULTS = {'radius': [0.1, 0.5], 'speed': [0.3, 1.5], 'pattern': 'walk_back_and_forth',
                   'spawn': 'free', 'goal': 'visible'}
@@ -113,7 +115,8 @@ def load_scenario(name):
     path = find_asset('scenarios', str(name), '.yaml')
     try:
         document = yaml.safe_load(path.read_text())
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
+    # ValueError: not UTF-8, or a date such as 2026-13-01; RecursionError: nested too deeply.
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
         raise ScenarioError(f'{path}: not valid YAML: {" ".join(str(error).split())}') from None
     if not isinstance(document, dict):
         raise ScenarioError(f'{path}: expected a mapping with name, walls or map, robot, cases')
@@ -131,22 +134,22 @@ class _Reader:
         """Return the validated Scenario."""
         self._known(self.document, '', {'name', 'map', 'walls', 'robot', 'time_limit', 'cases',
                                         'agents'})
+        name = self.document.get('name', self.path.stem)
+        if not (isinstance(name, str) and name.strip()):
+            self._fail('name', 'expected a short name')
         polygons, map_path, walls = self._walls()
         robot = {**ROBOT_DEFAULTS, **self._section('robot')}
         self._known(robot, 'robot.', {'start', 'goal', *ROBOT_DEFAULTS})
         if not isinstance(robot['visible'], bool):
             self._fail('robot.visible', 'expected true or false')
-        field = distance_field(walls)
         start = self._numbers('robot.start', robot.get('start'), 3)
-        free = free_points(walls, field, start[:2])
-        if not len(free):
-            self._fail('robot.start', 'lies in or against a wall; move it into free space')
+        goal = self._numbers('robot.goal', robot.get('goal'), 2)
+        radius = self._positive('robot.radius', robot['radius'])
+        field, free = self._space(walls, start[:2], goal, radius)
         agents = self._agents()
         return Scenario(
-            name=str(self.document.get('name', self.path.stem)), path=self.path,
-            polygons=polygons, map=map_path, walls=walls, field=field, start=start,
-            goal=self._numbers('robot.goal', robot.get('goal'), 2),
-            radius=self._positive('robot.radius', robot['radius']),
+            name=name, path=self.path, polygons=polygons, map=map_path, walls=walls, field=field,
+            start=start, goal=goal, radius=radius,
             preferred_speed=self._positive('robot.preferred_speed', robot['preferred_speed']),
             visible=robot['visible'],
             time_limit=self._positive('time_limit', self.document.get('time_limit', 45.0)),
@@ -160,14 +163,34 @@ class _Reader:
             if not isinstance(name, str):
                 self._fail('map', 'expected the path of a map YAML file')
             beside = self.path.parent / name
-            map_path = beside if beside.is_file() else find_asset('maps', name, '.yaml')
-            return (), map_path, extract_walls(load_map(map_path)).walls
+            try:
+                map_path = beside if beside.is_file() else find_asset('maps', name, '.yaml')
+                return (), map_path, extract_walls(load_map(map_path)).walls
+            except (FileNotFoundError, MapError) as error:
+                self._fail('map', error)
         try:
             polygons = tuple(np.asarray(polygon, dtype=float)
                              for polygon in self.document['walls'])
             return polygons, None, Walls.from_polylines(polygons, closed=True)
         except (TypeError, ValueError) as error:
             self._fail('walls', f'expected a list of polygons [[x, y], ...] in metres ({error})')
+
+    def _space(self, walls, start, goal, radius):
+        """Return the DistanceField and the free points, having checked the robot's task."""
+        near = walls.segments.reshape(-1, 2) if len(walls) else start[None]
+        for key, point in (('start', start), ('goal', goal)):
+            if not np.abs(near - point).max(axis=1).min() < FARTHEST:
+                self._fail(f'robot.{key}', f'more than {FARTHEST:.0f} m away; units are metres')
+        try:
+            field = distance_field(walls)
+        except ValueError as error:
+            self._fail('map' if 'map' in self.document else 'walls', error)
+        free = free_points(walls, field, start, goal)
+        if not len(free) or walls.distance(start[None])[0] <= radius:
+            self._fail('robot.start', 'lies in or against a wall; move it into free space')
+        if np.abs(free - goal).max(axis=1).min() > CELL or walls.distance(goal[None])[0] <= radius:
+            self._fail('robot.goal', 'lies in or against a wall, or walls part it from the start')
+        return field, free
 
     def _cases(self):
         cases = self._section('cases')
@@ -198,6 +221,8 @@ class _Reader:
     def _spawn(self, agents, free):
         if agents['spawn'] == 'free':
             return ()
+        if not agents['spawn']:
+            self._fail('agents.spawn', 'expected free or a list of polygons [[x, y], ...]')
         try:
             polygons = [np.asarray(polygon, dtype=float).reshape(-1, 2)
                         for polygon in agents['spawn']]
@@ -221,12 +246,12 @@ class _Reader:
         except (TypeError, ValueError):
             numbers = np.empty(0)
         if numbers.shape != (count,) or not np.isfinite(numbers).all():
-            self._fail(field, f'expected {count} finite numbers, got {value!r}')
+            self._fail(field, f'expected {count} finite numbers, got {reprlib.repr(value)}')
         return numbers
 
     def _positive(self, field, value):
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 < value < 1e6:
-            self._fail(field, f'expected a positive number, got {value!r}')
+            self._fail(field, f'expected a positive number, got {reprlib.repr(value)}')
         return float(value)
 
     def _known(self, section, prefix, known):
@@ -235,4 +260,4 @@ class _Reader:
                 self._fail(f'{prefix}{key}', f'unknown; known are {", ".join(sorted(known))}')
 
     def _fail(self, field, fix):
-        raise ScenarioError(f'{self.path}: {field}: {fix}')
+        raise ScenarioError(' '.join(f'{self.path}: {field}: {fix}'.split()))
