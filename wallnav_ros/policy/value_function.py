@@ -25,10 +25,13 @@ import zipfile
 import numpy as np
 
 from wallnav_ros.policy import features as feature_set
+from wallnav_ros.policy.rewards import REWARDS
 from wallnav_ros.world.files import atomic_write
 
 FORMAT = 1
 MAX_BYTES = 64 * 1024 * 1024     # a file that unpacks to more is not one of ours
+# The stacks of layers: name, least number of layers, width of the last where it is fixed.
+LAYERS = (('mlp1', 1, None), ('mlp2', 1, None), ('attention', 2, 1), ('mlp3', 1, 1))
 METADATA = ('format', 'network', 'features', 'actions', 'reward', 'decision', 'time_step',
             'discount', 'training')
 
@@ -135,11 +138,7 @@ def load_value_function(path):
             f'{path}: features: trained on other features than this version computes '
             f'(version {metadata["features"].get("version")}, here {feature_set.VERSION}): '
             'retrain it or install the version it came with')
-    try:
-        shapes = layer_shapes(metadata['network']['sizes'])
-    except (KeyError, TypeError, IndexError):
-        raise WeightsError(f'{path}: network.sizes: expected layer widths for mlp1, mlp2, '
-                           'attention and mlp3') from None
+    shapes = layer_shapes(metadata['network']['sizes'])
     for name, shape in shapes.items():
         if name not in arrays:
             raise WeightsError(f'{path}: {name}: tensor missing; export the weights again')
@@ -172,7 +171,7 @@ def _read_arrays(path):
 def _read_metadata(path, text):
     try:
         metadata = json.loads(str(text)) if text is not None else None
-    except json.JSONDecodeError:
+    except (json.JSONDecodeError, RecursionError):
         metadata = None
     if not isinstance(metadata, dict):
         raise WeightsError(f'{path}: metadata: missing or not JSON; export the weights again')
@@ -185,4 +184,34 @@ def _read_metadata(path, text):
     for key in ('network', 'features', 'actions', 'decision'):
         if not isinstance(metadata[key], dict):
             raise WeightsError(f'{path}: metadata.{key}: expected a mapping')
+    for key, holds, expected in _expectations(metadata):
+        if not holds:
+            raise WeightsError(f'{path}: metadata.{key}: expected {expected}; '
+                               'export the weights again')
     return metadata
+
+
+def _expectations(metadata):
+    """Yield (key, whether it holds, what is expected) of what a decision is computed from."""
+    sizes = metadata['network'].get('sizes')
+    yield 'network.sizes', isinstance(sizes, dict) and all(
+        _widths(sizes.get(name), least, last) for name, least, last in LAYERS), (
+        'layer widths for mlp1, mlp2, attention (two or more) and mlp3, the last two ending in 1')
+    yield 'actions', set(metadata['actions']) == {'max_turn_rate'} and _positive(
+        metadata['actions']['max_turn_rate']), 'a max_turn_rate above 0'
+    yield 'decision.horizons', _widths(metadata['decision'].get('horizons'), 1, None), (
+        'a list of steps, each 1 or more')
+    yield 'time_step', _positive(metadata['time_step']), 'seconds above 0'
+    yield 'discount', _positive(metadata['discount']) and metadata['discount'] <= 1, (
+        'a number above 0, at most 1')
+    yield 'reward', metadata['reward'] in REWARDS, f'one of {", ".join(REWARDS)}'
+
+
+def _widths(value, least, last):
+    return (isinstance(value, list) and len(value) >= least
+            and all(type(width) is int and 0 < width < 10000 for width in value)
+            and last in (None, value[-1]))
+
+
+def _positive(value):
+    return type(value) in (int, float) and 0.0 < value < np.inf
