@@ -38,7 +38,7 @@ def parse(arguments):
                         help='scenario files or short names (default: both paths of the paper)')
     parser.add_argument('--case', default='all', help='a case of the scenarios, or all')
     parser.add_argument('--episodes', type=_positive, default=100, help='per cell')
-    parser.add_argument('--seed', type=int, default=0, help='of the first episode of each cell')
+    parser.add_argument('--seed', type=_natural, default=0, help='of the first episode of each cell')
     parser.add_argument('--horizons', type=_positive, nargs='+', metavar='STEPS',
                         help="decision rule (default: the model's own; 1 is the paper's)")
     parser.add_argument('--out', required=True, help='folder for the results')
@@ -52,6 +52,8 @@ def main(arguments=None):
     options = parse(arguments)
     out = Path(options.out)
     try:
+        # First: a folder that cannot be written should not cost an evaluation.
+        out.mkdir(parents=True, exist_ok=True)
         load_policy(options.model, options.horizons)
         campaigns = [
             Campaign(options.model, name, case,
@@ -59,7 +61,7 @@ def main(arguments=None):
                      options.horizons and tuple(options.horizons))
             for name in options.scenario for case in _cases(name, options.case)]
         results = run_campaigns(campaigns, options.workers)
-    except (FileNotFoundError, ScenarioError, WeightsError) as error:
+    except (OSError, ScenarioError, WeightsError) as error:
         print(f'evaluate: {error}', file=sys.stderr)
         return 2
     summary = summarise(options.model, options.seed, results)
@@ -82,11 +84,16 @@ def _cases(name, case):
     return [case]
 
 
+def _natural(text):
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f'expected a whole number, 0 or more, got {text}')
+    return int(text)
+
+
 def _positive(text):
-    value = int(text)
-    if value < 1:
+    if not _natural(text):
         raise argparse.ArgumentTypeError(f'expected a whole number above 0, got {text}')
-    return value
+    return int(text)
 
 
 if __name__ == '__main__':
