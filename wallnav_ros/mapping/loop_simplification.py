@@ -112,8 +112,8 @@ def _cut(chains, tolerance):
         half = np.repeat(np.arange(len(cut)), length[bad])
         owner = 2 * half + (inner > cut[half])
         owner, inner = owner[inner != cut[half]], inner[inner != cut[half]]
-        # A hair less than stated, so that rounding cannot carry a piece beyond it.
-        limit = max(tolerance - 1e-6, 0.0) ** 2
+        # Cells make distances of exactly half a cell common: rounding must not decide them.
+        limit = (tolerance + 1e-9) ** 2
     return kept
 
 

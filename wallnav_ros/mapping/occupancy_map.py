@@ -25,6 +25,7 @@ from pathlib import Path
 import reprlib
 import stat
 
+import cv2
 import numpy as np
 import yaml
 
@@ -163,7 +164,8 @@ class _Settings:
         """Return a warning where the thresholds make the unexplored area of `grey` free."""
         if self.mode == 'raw':
             return ()
-        count, cell = np.bincount(grey.ravel(), minlength=256), self.cell_of_grey()
+        count = cv2.calcHist([grey], [0], None, [256], [0, 256]).ravel()
+        cell = self.cell_of_grey()
         warnings = []
         for value in _UNEXPLORED_GREYS:
             # A hundredth of the map: less than that may be furniture somebody painted.
