@@ -18,9 +18,14 @@ Paper algorithm 1; see docs/learning.md.
 """
 
 import argparse
+from pathlib import Path
 import sys
 
 from wallnav_ros.world.files import find_asset
+
+
+class DeviceError(ValueError):
+    """A torch device that is not there."""
 
 
 def parse(arguments):
@@ -44,6 +49,7 @@ def main(arguments=None):
     except ImportError:
         print('train: torch is not installed: pip install torch', file=sys.stderr)
         return 2
+    from wallnav_ros.learning.checkpoints import CheckpointError
     from wallnav_ros.learning.settings import load_settings, SettingsError
     from wallnav_ros.learning.trainer import Trainer, TrainingDiverged
     from wallnav_ros.simulation.scenarios import ScenarioError
@@ -51,9 +57,10 @@ def main(arguments=None):
     torch.set_num_threads(1)
     try:
         settings = load_settings(find_asset('params/training', options.config, '.yaml'))
-        trainer = Trainer(settings, options.out, options.device)
-        weights = trainer.run(resume=options.resume)
-    except (FileNotFoundError, SettingsError, ScenarioError) as error:
+        _check_device(torch, options.device)
+        Path(options.out).mkdir(parents=True, exist_ok=True)
+        weights = Trainer(settings, options.out, options.device).run(resume=options.resume)
+    except (OSError, SettingsError, ScenarioError, CheckpointError, DeviceError) as error:
         print(f'train: {error}', file=sys.stderr)
         return 2
     except TrainingDiverged as error:
@@ -61,6 +68,13 @@ def main(arguments=None):
         return 1
     print(f'best weights: {weights}')
     return 0
+
+
+def _check_device(torch, name):
+    try:
+        torch.empty(0, device=name)
+    except (AssertionError, RuntimeError) as error:     # what torch raises where there is none
+        raise DeviceError(f'--device {name}: {str(error).splitlines()[0]}') from None
 
 
 if __name__ == '__main__':

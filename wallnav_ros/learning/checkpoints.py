@@ -26,6 +26,10 @@ from wallnav_ros.world.files import atomic_write
 FILE = 'checkpoint.pt'
 
 
+class CheckpointError(ValueError):
+    """A checkpoint that cannot be taken up; one line naming file, fault and fix."""
+
+
 def save_checkpoint(trainer):
     """Write the trainer's networks, optimiser, memory, random state and logs."""
     memory = {name: torch.from_numpy(array.copy())
@@ -41,16 +45,25 @@ def save_checkpoint(trainer):
 
 
 def load_checkpoint(trainer):
-    """Take up the checkpoint in the trainer's folder; FileNotFoundError where there is none."""
+    """
+    Take up the checkpoint in the trainer's folder.
+
+    Raises FileNotFoundError where there is none, CheckpointError where it does not fit.
+    """
     path = trainer.out / FILE
     if not path.is_file():
         raise FileNotFoundError(f'{path}: no checkpoint to resume from; start without --resume')
-    state = torch.load(path, map_location=trainer.device, weights_only=True)
-    trainer.network.load_state_dict(state['network'])
-    trainer.target.load_state_dict(state['target'])
-    trainer.optimizer.load_state_dict(state['optimizer'])
-    trainer.memory.restore({name: tensor.cpu().numpy()
-                            for name, tensor in state['memory'].items()})
-    trainer.rng.bit_generator.state = json.loads(state['rng'])
-    trainer.counts.update(state['counts'])
-    trainer.rows.update(json.loads(state['rows']))
+    try:
+        state = torch.load(path, map_location=trainer.device, weights_only=True)
+        trainer.network.load_state_dict(state['network'])
+        trainer.target.load_state_dict(state['target'])
+        trainer.optimizer.load_state_dict(state['optimizer'])
+        trainer.memory.restore({name: tensor.cpu().numpy()
+                                for name, tensor in state['memory'].items()})
+        trainer.rng.bit_generator.state = json.loads(state['rng'])
+        trainer.counts.update(state['counts'])
+        trainer.rows.update(json.loads(state['rows']))
+    except Exception as error:     # a damaged file may raise nearly anything on the way
+        raise CheckpointError(
+            f'{path}: damaged, or written under other settings '
+            f'({" ".join(str(error).split())[:200]}); start without --resume') from None

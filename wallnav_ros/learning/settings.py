@@ -18,13 +18,17 @@ Paper section 6 (Table 1, algorithm 1); docs/learning.md explains every departur
 """
 
 from dataclasses import dataclass, field, fields
-import types
-import typing
+import math
+import reprlib
 
 import yaml
 
 from wallnav_ros.learning.networks import SIZES
 from wallnav_ros.policy.rewards import REWARDS
+
+
+WORDS = {int: 'a whole number', float: 'a number', str: 'text', tuple: 'a list',
+         dict: 'a mapping'}
 
 
 class SettingsError(ValueError):
@@ -84,7 +88,8 @@ def load_settings(path):
             document = yaml.safe_load(stream) or {}
     except OSError as error:
         raise SettingsError(f'{path}: {error.strerror}: give an existing YAML file') from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
+    # ValueError: not UTF-8, or a date such as 2026-13-01; RecursionError: nested too deeply.
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
         raise SettingsError(f'{path}: not valid YAML: {" ".join(str(error).split())}') from None
     if not isinstance(document, dict):
         raise SettingsError(f'{path}: expected a mapping of settings')
@@ -95,18 +100,58 @@ def load_settings(path):
             raise SettingsError(f'{path}: {key}: unknown; known are {", ".join(known)}')
         values[key] = _converted(path, key, value, known[key])
     settings = TrainSettings(**values)
-    if settings.reward not in REWARDS:
-        raise SettingsError(f'{path}: reward: choose one of {", ".join(REWARDS)}')
+    for key, holds, expected in _expectations(settings):
+        if not holds:
+            raise SettingsError(f'{path}: {key}: expected {expected}, '
+                                f'got {reprlib.repr(getattr(settings, key))}')
     return settings
 
 
 def _converted(path, key, value, kind):
-    kind = typing.get_origin(kind) or kind
     if kind is tuple and isinstance(value, list):
         return tuple(value)
-    if kind is float and isinstance(value, int) and not isinstance(value, bool):
+    if kind is float and type(value) is int:
         return float(value)
-    if isinstance(kind, (type, types.GenericAlias)) and isinstance(value, kind) and not (
-            kind is int and isinstance(value, bool)):
+    if type(value) is kind:
         return value
-    raise SettingsError(f'{path}: {key}: expected {kind.__name__}, got {value!r}')
+    raise SettingsError(f'{path}: {key}: expected {WORDS[kind]}, got {reprlib.repr(value)}')
+
+
+def _expectations(settings):
+    """Yield (key, whether it holds, what is expected) of every setting."""
+    yield 'name', settings.name and '/' not in settings.name, 'a file name without folders'
+    yield 'scenarios', settings.scenarios and all(
+        type(name) is str for name in settings.scenarios), 'files or short names, at least one'
+    yield 'cases', all(type(name) is str and _number(weight) and weight >= 0.0
+                       for name, weight in settings.cases.items()) and any(
+        settings.cases.values()), '{case: weight}, weights 0 or more and not all 0'
+    for key in ('radius', 'preferred_speed'):
+        value = getattr(settings, key)
+        yield key, len(value) == 2 and all(map(_number, value)) and 0.0 < value[0] <= value[1], (
+            '[low, high] with 0 < low <= high')
+    yield 'reward', settings.reward in REWARDS, f'one of {", ".join(REWARDS)}'
+    for key in ('horizons', 'decision_horizons'):
+        yield key, _counts(getattr(settings, key)), 'a list of steps, each 1 or more'
+    yield 'network', set(settings.network) == set(SIZES) and all(
+        type(sizes) is list and _counts(sizes) for sizes in settings.network.values()) and (
+        settings.network['attention'][-1] == settings.network['mlp3'][-1] == 1
+        and len(settings.network['attention']) > 1), (
+        'layer widths for mlp1, mlp2, attention (two or more) and mlp3, the last two ending in 1')
+    for key in ('time_step', 'max_turn_rate', 'learning_rate', 'final_learning_rate'):
+        yield key, 0.0 < getattr(settings, key) < math.inf, 'a number above 0'
+    for key in ('parallel', 'updates', 'batch_size', 'memory', 'evaluate_every',
+                'evaluation_episodes', 'imitation_updates', 'episodes'):
+        yield key, getattr(settings, key) >= 1, 'a whole number above 0'
+    for key in ('seed', 'imitation_episodes', 'epsilon_episodes', 'evaluation_seed'):
+        yield key, getattr(settings, key) >= 0, 'a whole number, 0 or more'
+    for key in ('own_robot', 'discount', 'trace', 'epsilon_start', 'epsilon_end',
+                'target_average'):
+        yield key, 0.0 <= getattr(settings, key) <= 1.0, 'a number from 0 to 1'
+
+
+def _number(value):
+    return type(value) in (int, float) and math.isfinite(value)
+
+
+def _counts(values):
+    return len(values) > 0 and all(type(value) is int and value > 0 for value in values)

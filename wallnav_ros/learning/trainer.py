@@ -31,8 +31,9 @@ from tqdm import tqdm
 from wallnav_ros.learning.checkpoints import load_checkpoint, save_checkpoint
 from wallnav_ros.learning.experience import Demonstrator, Explorer, gather
 from wallnav_ros.learning.export import export_weights
-from wallnav_ros.learning.memory import ReplayMemory
+from wallnav_ros.learning.memory import MOST_AGENTS, ReplayMemory
 from wallnav_ros.learning.networks import NetworkValue, ValueNetwork
+from wallnav_ros.learning.settings import SettingsError
 from wallnav_ros.policy.actions import make_actions
 from wallnav_ros.policy.lookahead import Lookahead, Rule
 from wallnav_ros.simulation.batch import OUTCOMES
@@ -57,6 +58,7 @@ class Trainer:
         self.out = Path(out)
         self.device = torch.device(device)
         self.scenarios = [load_scenario(name) for name in settings.scenarios]
+        self._check_crowds()
         self.actions = make_actions(settings.max_turn_rate)
         self.rng = np.random.default_rng(settings.seed)
         torch.manual_seed(settings.seed)
@@ -74,6 +76,9 @@ class Trainer:
             load_checkpoint(self)
         self.imitate()
         self.learn()
+        evaluated = [row['episodes'] for row in self.rows['evaluation'][-1:]]
+        if evaluated != [self.counts['episodes']]:
+            self.evaluate()
         save_checkpoint(self)
         return self.out / f'{self.settings.name}.npz'
 
@@ -144,6 +149,16 @@ class Trainer:
             self.counts['best'] = float(score)
             export_weights(self, self.out / f'{settings.name}.npz')
         self._write_logs()
+
+    def _check_crowds(self):
+        """Raise SettingsError now rather than when the first such crowd is drawn."""
+        for scenario in self.scenarios:
+            for case in self.settings.cases:
+                crowd = sum(scenario.counts(case))
+                if crowd > MOST_AGENTS:
+                    raise SettingsError(
+                        f'{scenario.path}: cases.{case}: {crowd} agents, training holds '
+                        f'{MOST_AGENTS}; leave the case out of cases or make it smaller')
 
     def _draw(self, count):
         """Return `count` episodes of random scenario, case, robot and seed."""
