@@ -38,7 +38,8 @@ def parse(arguments):
                         help='scenario files or short names (default: both paths of the paper)')
     parser.add_argument('--case', default='all', help='a case of the scenarios, or all')
     parser.add_argument('--episodes', type=_positive, default=100, help='per cell')
-    parser.add_argument('--seed', type=_natural, default=0, help='of the first episode of each cell')
+    parser.add_argument('--seed', type=_natural, default=0,
+                        help='of the first episode of each cell')
     parser.add_argument('--horizons', type=_positive, nargs='+', metavar='STEPS',
                         help="decision rule (default: the model's own; 1 is the paper's)")
     parser.add_argument('--out', required=True, help='folder for the results')
