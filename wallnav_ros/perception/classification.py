@@ -22,12 +22,12 @@ Burgard and Fox 2005, section 4.2).
 import numpy as np
 
 
-def weigh_motion(table, rows, still, fresh, vacated, elapsed, settings):
+def weigh_motion(table, rows, still, fresh, apart, vacated, elapsed, settings):
     """
     Add the evidence of one scan to `motion` of the updated `rows` (K,), and settle `human`.
 
     still, fresh: (K,) shares of the beams on known surfaces and on known free space.
-    vacated: (K,) bool, the place on the trail was seen free in this scan.
+    apart: (K,) bool, nothing large is near. vacated: (K,) bool, the place on the trail was seen free in this scan.
     elapsed: seconds the evidence stands for.
     """
     gone = np.linalg.norm(table.position[rows] - table.trail[rows, -1], axis=1)
@@ -37,7 +37,7 @@ def weigh_motion(table, rows, still, fresh, vacated, elapsed, settings):
     moved &= speed > settings.walking_speed
     rate = (settings.fresh_rate * np.where(fresh > still, fresh, 0.0)
             + settings.vacated_rate * (vacated & moved)
-            + settings.moved_rate * (moved & (still < 0.3))
+            + settings.moved_rate * (moved & apart & (still < 0.3))
             - settings.still_rate * still * ~moved * ~table.human[rows])
     limit = settings.motion_limit
     table.motion[rows] = np.clip(table.motion[rows] + rate * elapsed, -limit, limit)

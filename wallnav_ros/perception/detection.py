@@ -24,7 +24,6 @@ import numpy as np
 
 from wallnav_ros.perception.clustering import describe, split_runs
 from wallnav_ros.perception.visibility import look_up
-from wallnav_ros.world.geometry import rotate, wrap_angle
 
 # Where the beams that cross a disc evenly hit it, on average, before its centre: pi / 4 radii.
 _FRONT = np.pi / 4.0
@@ -38,6 +37,7 @@ class Detections:
     position: (D, 2) metres, of the centre. radius: (D,) metres. count: (D,) beams.
     still: (D,) share of the beams that end where earlier views saw a surface too.
     fresh: (D,) share of the beams that end where earlier views saw nothing.
+    apart: (D,) bool, stands clear of anything larger than a person.
     leg: (D,) bool, no wider than a leg. noise: (D,) metres, error of a coordinate.
     """
 
@@ -46,6 +46,7 @@ class Detections:
     count: np.ndarray
     still: np.ndarray
     fresh: np.ndarray
+    apart: np.ndarray
     leg: np.ndarray
     noise: np.ndarray
 
@@ -54,24 +55,18 @@ class Detections:
         return len(self.radius)
 
 
-def place_beams(scan, pose, end_pose, settings):
+def place_beams(scan, wanted, sweep, settings):
     """
     Return (hits (P,) int, points (P, 2)): the beams in reach and their ends, straightened.
 
-    `pose` and `end_pose` (3,) are the laser's in the tracking frame at the first and last beam.
+    wanted: (B,) bool, beams to use. sweep: (3,) the laser's motion from the first beam to the last, in its frame at the first,
+    which is the frame of the points.
     """
-    hits = np.flatnonzero(scan.hits & (scan.ranges <= settings.max_range))
-    angles, ranges = scan.angles[hits], scan.ranges[hits]
-    pose = np.asarray(pose, float)
-    if end_pose is None or not scan.sweep_time:
-        turned = angles + pose[2]
-        base = pose[:2]
-    else:
-        change = np.asarray(end_pose, float) - pose
-        share = hits / (len(scan.ranges) - 1)
-        turned = angles + pose[2] + share * wrap_angle(change[2])
-        base = pose[:2] + share[:, None] * change[:2]
-    return hits, base + ranges[:, None] * np.stack((np.cos(turned), np.sin(turned)), axis=1)
+    hits = np.flatnonzero(scan.hits & wanted & (scan.ranges <= settings.max_range))
+    share = hits / max(len(scan.ranges) - 1, 1)
+    angles, ranges = scan.angles[hits] + share * sweep[2], scan.ranges[hits]
+    ends = ranges[:, None] * np.stack((np.cos(angles), np.sin(angles)), axis=1)
+    return hits, ends + share[:, None] * sweep[:2]
 
 
 def judge_points(points, scan, views, settings):
@@ -102,6 +97,8 @@ def detect(scan, hits, points, pose, still, fresh, expected, settings):
     size = np.maximum(clusters.width, clusters.depth)
     chosen = np.flatnonzero(size <= settings.largest_width)
     total = len(clusters)
+    apart = _stand_apart(scan, hits, points, pose, settings)
+    apart = np.bincount(owner, apart, total)[chosen] > 0.5 * clusters.count[chosen]
     still = np.bincount(owner, still, total)[chosen] / clusters.count[chosen]
     fresh = np.bincount(owner, fresh, total)[chosen] / clusters.count[chosen]
     distance = np.maximum(clusters.distance[chosen], 1e-6)
@@ -110,7 +107,16 @@ def detect(scan, hits, points, pose, still, fresh, expected, settings):
     leg = clusters.width[chosen] <= settings.leg_width + step * distance
     noise = np.hypot(settings.body_noise, 0.3 * step * distance)
     centre = clusters.centroid[chosen] + sight * (_FRONT * radius)[:, None]
-    return Detections(centre, radius, clusters.count[chosen], still, fresh, leg, noise)
+    return Detections(centre, radius, clusters.count[chosen], still, fresh, apart, leg, noise)
+
+
+def _stand_apart(scan, hits, points, pose, settings):
+    """Return (P,) bool: the beam end is no part of, nor close to, anything large."""
+    step = abs(scan.angle_increment)
+    group = split_runs(scan.angles[hits], scan.ranges[hits], step, scan.full_circle,
+                       settings.apart_distance, settings.beam_factor)
+    groups = describe(points, pose[:2], group, step)
+    return np.hypot(groups.width, groups.depth)[group] < settings.apart_width
 
 
 def _cut(owner, wide, points, still, expected, settings):

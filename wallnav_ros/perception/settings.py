@@ -39,8 +39,20 @@ class TrackerSettings:
     """m; wider clusters may be two people, or a person before a wall."""
     carve_radius: float = 0.4
     """m; how far from its middle a person's body and arms reach."""
+    apart_distance: float = 0.4
+    """m; what lies nearer to a wall than this may be a piece of it."""
+    apart_width: float = 1.5
+    """m; two people side by side; what hangs together over more is furniture or wall."""
     stride: float = 0.8
     """m; legs further apart than a long step do not belong to one person."""
+
+    # The robot's own body.
+    own_reach: float = 0.8
+    """m; parts of a robot lie no further from its scanner."""
+    own_margin: float = 0.05
+    """m; range noise, on a body that keeps its place."""
+    own_travel: float = 1.0
+    """m; nothing but the robot itself stays put in the scan for so long a way."""
 
     # Earlier views.
     view_lateral: float = 0.06
@@ -58,6 +70,24 @@ class TrackerSettings:
     clear_range: float = 4.0
     """m; a beam without a return proves free space only this far: dark cloth absorbs."""
 
+    # Ego-motion.
+    odometry_error: float = 0.3
+    """share of a step; slip, and odometry that lags the scan by a few hundredths of a second."""
+    unknown_speed: float = 0.6
+    """m/s; how much an untracked robot's velocity changes between two scans."""
+    unknown_turn: float = 0.6
+    """rad/s; how much its turn rate changes between two scans."""
+    match_noise: float = 0.03
+    """m; range noise of common scanners."""
+    match_share: float = 0.4
+    """share of the beams that must lie on what was seen before, or the match is not believed."""
+    match_points: int = 250
+    """beams used; more sharpen the pose no further than range noise allows."""
+    key_distance: float = 0.4
+    """m; after that, new sides of things come into view."""
+    key_turn: float = 0.35
+    """rad; after that, a third of a scanner's view is new."""
+
     # Motion.
     acceleration_noise: float = 0.8
     """m/s^2 over root Hz; people change their velocity by about 1 m/s within a second."""
@@ -67,6 +97,11 @@ class TrackerSettings:
     """m; where the body is when one leg is seen: a quarter of a stride away."""
     birth_speed_noise: float = 1.0
     """m/s; standard deviation of a person's velocity before it is known."""
+
+    rest_time: float = 0.3
+    """s; in which the velocity of a thing that seems to stand dies away."""
+    fastest: float = 3.0
+    """m/s; nobody runs faster indoors."""
 
     # Association.
     gate: float = 3.0

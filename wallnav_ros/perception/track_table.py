@@ -82,11 +82,15 @@ class TrackTable:
             rows = fresh.get(name, np.zeros((count,) + shape))
             setattr(self, name, np.concatenate((getattr(self, name), np.asarray(rows, kind))))
 
-    def predict(self, elapsed, noise):
-        """Move every track `elapsed` seconds on, under white acceleration of density `noise`."""
+    def predict(self, elapsed, settings):
+        """Move every track `elapsed` seconds on, under white acceleration."""
+        speed = np.linalg.norm(self.velocity, axis=1)
+        share = np.minimum(1.0, settings.fastest / np.maximum(speed, 1e-6))
+        share = np.where(self.motion < -0.5, np.exp(-elapsed / settings.rest_time), share)
+        self.velocity = self.velocity * share[:, None]
         self.position = self.position + elapsed * self.velocity
         place, cross, speed = self.covariance.T
-        density = noise ** 2
+        density = settings.acceleration_noise ** 2
         self.covariance = np.stack((
             place + 2.0 * elapsed * cross + elapsed ** 2 * speed + density * elapsed ** 3 / 3.0,
             cross + elapsed * speed + density * elapsed ** 2 / 2.0,

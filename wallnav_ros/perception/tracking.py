@@ -22,9 +22,12 @@ import numpy as np
 from wallnav_ros.perception.association import associate
 from wallnav_ros.perception.classification import weigh_motion
 from wallnav_ros.perception.detection import detect, judge_points, place_beams
+from wallnav_ros.perception.ego_motion import EgoMotion
+from wallnav_ros.perception.own_body import OwnBody
 from wallnav_ros.perception.settings import TrackerSettings
 from wallnav_ros.perception.track_table import TrackTable
 from wallnav_ros.perception.visibility import look_up, make_view, ViewMemory
+from wallnav_ros.world.geometry import compose, invert, rotate, to_parent
 from wallnav_ros.world.tracks import HUMAN, OBSTACLE, Tracks
 
 
@@ -39,31 +42,43 @@ class Tracker:
         self.settings = settings
         self.resets = 0
         self._table = TrackTable()
+        self._motion = EgoMotion(settings)
         self._views = {}
+        self._bodies = {}
         self._stamp = None
 
-    def update(self, scan, pose=None, walls=None, end_pose=None, sensor='scan'):
+    def update(self, scan, pose=None, walls=None, end_pose=None, odometry=True, sensor='scan'):
         """
         Take one Scan and return the Tracks at its stamp.
 
-        pose: (3,) of the laser in the tracking frame (`odom` or `map`) at the scan's stamp;
-            without one the laser is taken to stand still and tracks are in its frame.
+        pose: (3,) of the laser in the tracking frame (`odom` or `map`) at the scan's stamp.
         walls: DistanceField of the mapped walls in the tracking frame; what they explain is
             left out.
         end_pose: (3,) of the laser when the last beam was taken, to straighten the sweep.
+        odometry: False where `pose` is only where the laser sits on the robot (the origin, if
+            None). Tracks are then in the robot's frame at the scan's stamp, their velocities
+            over ground, as far as the scans tell how the robot moves.
         sensor: name of the scanner, where several feed one tracker.
         """
         settings, table = self.settings, self._table
         elapsed = self._advance(scan.stamp)
-        table.predict(elapsed, settings.acceleration_noise)
-        pose = np.zeros(3) if pose is None else np.asarray(pose, dtype=float)
-        hits, points = place_beams(scan, pose, end_pose, settings)
-        if walls is not None and len(points):
-            open_space = walls.at(points) > settings.wall_margin
-            hits, points = hits[open_space], points[open_space]
+        table.predict(elapsed, settings)
+        known = odometry and pose is not None
+        given = np.zeros(3) if pose is None else np.asarray(pose, dtype=float)
+        sweep = self._sweep(scan, given, known, end_pose)
+        body = self._bodies.setdefault(sensor, OwnBody(settings))
+        own = body.find(scan, self._motion.rate * elapsed)
+        hits, local = place_beams(scan, ~own, sweep, settings)
+        expected = self._motion.predict(given, known, elapsed)
+        pose = self._motion.locate(
+            self._standing(local, expected), given, known, elapsed, sensor)
+        if walls is not None and known and len(hits):
+            open_space = walls.at(to_parent(given, local)) > settings.wall_margin
+            hits, local = hits[open_space], local[open_space]
+        points = to_parent(pose, local)
         memory = self._views.setdefault(
             sensor, ViewMemory(settings.view_spacing, settings.view_count))
-        view = make_view(scan, pose, settings.clear_range)
+        view = make_view(scan, compose(pose, 0.5 * sweep), settings.clear_range)
         earlier = memory.older_than(scan.stamp - settings.view_age, view)
         still, fresh = judge_points(points, scan, earlier, settings)
         seen = detect(scan, hits, points, pose, still, fresh,
@@ -83,11 +98,31 @@ class Tracker:
         if elapsed < -0.5 or elapsed > self.settings.longest_gap:
             self._table.clear()
             self._views.clear()
+            self._bodies.clear()
+            self._motion = EgoMotion(self.settings)
             self._stamp = None
             self.resets += 1
             elapsed = 0.0
         self._stamp = stamp if self._stamp is None else max(stamp, self._stamp)
         return max(elapsed, 0.0)
+
+    def _sweep(self, scan, given, known, end_pose):
+        """Return the laser's motion (3,) from the first beam to the last, in its first frame."""
+        if not scan.sweep_time:
+            return np.zeros(3)
+        if not known:
+            end_pose = compose(self._motion.rate * scan.sweep_time, given)
+        if end_pose is None:
+            return np.zeros(3)
+        return compose(invert(given), np.asarray(end_pose, dtype=float))
+
+    def _standing(self, local, pose):
+        """Return those of the points (P, 2) of the laser at `pose` that are not on people."""
+        people = self._table.position[self._table.human]
+        if not len(people):
+            return local
+        gap = np.linalg.norm(to_parent(pose, local)[:, None] - people[None], axis=2)
+        return local[gap.min(axis=1) > self.settings.carve_radius]
 
     def _correct(self, seen, match, scan, view, elapsed):
         """Correct the tracks that were seen, by one detection or the mean of two legs."""
@@ -111,8 +146,11 @@ class Tracker:
         weight = seen.count[one] + both * seen.count[two]
         shares = [(kind[one] * seen.count[one] + both * kind[two] * seen.count[two]) / weight
                   for kind in (seen.still, seen.fresh)]
+        apart = seen.apart[one] & seen.apart[two]
+        # From a moving laser, the side that is seen changes: that alone is no motion.
+        apart &= np.hypot(*self._motion.rate[:2]) + abs(self._motion.rate[2]) < 0.05
         vacated = look_up([view], scan, table.trail[rows, 3], 0.15, 0.2, 0.0)[0][0]
-        weigh_motion(table, rows, *shares, vacated, elapsed, settings)
+        weigh_motion(table, rows, *shares, apart, vacated, elapsed, settings)
 
     def _miss(self, match, scan, view, elapsed):
         """Doubt the tracks whose place is seen empty, and bury those unseen for too long."""
@@ -161,5 +199,6 @@ class Tracker:
         moving = human & (speed > 2.0 * doubt)
         velocity = np.where(moving[:, None], table.velocity[shown], 0.0)
         label = np.where(human, HUMAN, OBSTACLE).astype(np.uint8)
-        return Tracks(stamp, table.id[shown], table.position[shown].copy(), velocity,
-                      table.radius[shown].copy(), label)
+        outward = invert(self._motion.correction)
+        return Tracks(stamp, table.id[shown], to_parent(outward, table.position[shown]),
+                      rotate(velocity, outward[2]), table.radius[shown], label)

@@ -1,0 +1,191 @@
+# Copyright 2026 The wallnav_ros authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+Where the laser is between scans: odometry made sharp by the scans, or the scans alone.
+
+Point-to-line matching with a prior on the motion (Censi 2008), against the last few key scans.
+"""
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from wallnav_ros.world.geometry import compose, invert, rotate, to_parent, wrap_angle
+
+
+class EgoMotion:
+    """
+    Keeps an inner frame in which things that stand do stand still.
+
+    correction: (3,) the caller's frame in the inner one. With odometry it makes up for what
+    that gets wrong; without, the caller's frame is the robot's own and this is its motion.
+    rate: (3,) m/s, m/s, rad/s of the robot, in its own frame at the time.
+    certain: bool, the last scan agreed with earlier ones.
+    """
+
+    def __init__(self, settings):
+        self.settings = settings
+        self.correction = np.zeros(3)
+        self.rate = np.zeros(3)
+        self.certain = False
+        self._given = {}
+        self._references = {}
+
+    def predict(self, given, known, elapsed):
+        """
+        Return the pose (3,) of a laser in the inner frame before its scan is looked at.
+
+        given: (3,) the laser's pose in the caller's frame. known: whether that follows the
+        robot; else the caller's frame is the robot's own. elapsed: s since the last scan.
+        """
+        if not known:
+            return compose(compose(self.correction, self.rate * elapsed), given)
+        return compose(self.correction, given)
+
+    def locate(self, points, given, known, elapsed, sensor):
+        """
+        Return the pose (3,) of the laser in the inner frame; arguments as for `predict`.
+
+        points: (P, 2) beam ends in the laser's frame, in beam order, of things that stand.
+        """
+        prior = self.predict(given, known, elapsed)
+        step = compose(invert(self._given.get(sensor, given)), given)
+        reference = self._references.setdefault(sensor, _Reference(self.settings))
+        pose, self.certain = prior, True
+        if not known or not len(reference) or np.hypot(step[0], step[1]) + abs(step[2]) > 1e-3:
+            spread = self._spread(step, known, elapsed)
+            matched, share = reference.match(points, prior, spread)
+            self.certain = matched is not None
+            if matched is not None:
+                pose = matched
+            elif not known:
+                pose = compose(self.correction, given)
+            if reference.is_left_behind(pose, share):
+                reference.add(points, pose)
+        self._settle(pose, given, step, known, elapsed, sensor)
+        return pose
+
+    def _spread(self, step, known, elapsed):
+        """Return the standard deviations (3,) of the predicted pose."""
+        settings = self.settings
+        if not known:
+            return max(elapsed, 1e-3) * np.array(
+                [settings.unknown_speed, settings.unknown_speed, settings.unknown_turn])
+        share = settings.odometry_error
+        moved = 0.005 + share * float(np.hypot(step[0], step[1]))
+        return np.array([moved, moved, 0.002 + share * abs(step[2])])
+
+    def _settle(self, pose, given, step, known, elapsed, sensor):
+        """Keep what the pose of the laser says of the robot."""
+        correction = compose(pose, invert(given))
+        if not known:
+            step = compose(invert(self.correction), correction)
+        if elapsed > 0.0:
+            self.rate = step / elapsed
+        self.correction = correction
+        self._given[sensor] = given
+
+
+class _Reference:
+    """The points and normals of the last key scans of one scanner, in the inner frame."""
+
+    def __init__(self, settings):
+        self.settings = settings
+        self._scans = []
+        self._tree = None
+        self._pose = None
+
+    def __len__(self):
+        return len(self._scans)
+
+    def is_left_behind(self, pose, share):
+        """Return whether the laser at `pose`, with `share` of its beams explained, has moved on."""
+        if self._pose is None:
+            return True
+        step = compose(invert(self._pose), pose)
+        far = np.hypot(step[0], step[1]) > self.settings.key_distance
+        return bool(far or abs(step[2]) > self.settings.key_turn or share < 0.6)
+
+    def add(self, points, pose):
+        """Take the scan `points` (P, 2), seen from `pose`, into the reference."""
+        normals, good = _normals(points)
+        points, normals = points[good][::2], normals[good][::2]
+        self._scans = self._scans[-2:] + [(to_parent(pose, points), rotate(normals, pose[2]))]
+        self._points = np.concatenate([scan[0] for scan in self._scans])
+        self._lines = np.concatenate([scan[1] for scan in self._scans])
+        self._tree = cKDTree(self._points) if len(self._points) else None
+        self._pose = pose.copy()
+
+    def match(self, points, prior, spread):
+        """
+        Return (pose (3,) or None, share of the points explained) near `prior` (3,).
+
+        spread: (3,) standard deviations of the prior, along x, y and yaw.
+        """
+        points = points[::max(1, len(points) // self.settings.match_points)]
+        if self._tree is None or len(points) < 20:
+            return None, 0.0
+        pose, information = prior.copy(), np.diag(1.0 / spread ** 2)
+        reach = 0.2 + 3.0 * spread[0] + 2.0 * spread[2]
+        for _ in range(12):
+            placed = to_parent(pose, points)
+            gap, index = self._tree.query(placed, distance_upper_bound=reach)
+            near = np.flatnonzero(np.isfinite(gap))
+            if len(near) < 20:
+                return None, 0.0
+            error, weight, jacobian = self._linearise(placed, pose, near, index[near])
+            offset = pose - prior
+            offset[2] = wrap_angle(offset[2])
+            hessian = (jacobian * weight[:, None]).T @ jacobian + information
+            change = -np.linalg.solve(
+                hessian, jacobian.T @ (weight * error) + information @ offset)
+            pose = pose + change
+            reach = max(0.7 * reach, 0.15)
+            if abs(change[2]) < 5e-4 and np.hypot(change[0], change[1]) < 1e-3:
+                break
+        return self._judge(points, placed, near, error, pose)
+
+    def _linearise(self, placed, pose, near, index):
+        """Return the distances to the lines, their weights and derivatives by x, y, yaw."""
+        normal = self._lines[index]
+        error = np.einsum('ij,ij->i', placed[near] - self._points[index], normal)
+        arm = placed[near] - pose[:2]
+        jacobian = np.column_stack((normal, arm[:, 0] * normal[:, 1] - arm[:, 1] * normal[:, 0]))
+        noise = self.settings.match_noise
+        return error, 1.0 / (noise ** 2 + error ** 2), jacobian
+
+    def _judge(self, points, placed, near, error, pose):
+        """Return the pose if enough of the scan lies, widely spread, on the reference."""
+        good = near[np.abs(error) < 3.0 * self.settings.match_noise]
+        share = len(good) / len(points)
+        # Half-metre cells with a surface in them: a person alone fills two or three.
+        cells, held = np.unique(np.floor(2.0 * placed[good]), axis=0, return_counts=True)
+        if (held > 2).sum() < 5 or share < self.settings.match_share:
+            return None, share
+        pose[2] = wrap_angle(pose[2])
+        return pose, share
+
+
+def _normals(points):
+    """Return (normals (P, 2), good (P,) bool) of `points` (P, 2) along a sweep."""
+    if len(points) < 5:
+        return np.zeros((len(points), 2)), np.zeros(len(points), dtype=bool)
+    ahead, behind = np.roll(points, -2, axis=0), np.roll(points, 2, axis=0)
+    along = ahead - behind
+    length = np.linalg.norm(along, axis=1)
+    sides = (np.linalg.norm(ahead - points, axis=1), np.linalg.norm(behind - points, axis=1))
+    # A surface: both neighbours are near, and this point lies between them.
+    good = (np.maximum(*sides) < 0.4) & (length > 0.8 * (sides[0] + sides[1])) & (length > 1e-3)
+    good[:2] = good[-2:] = False
+    along = along / np.maximum(length, 1e-6)[:, None]
+    return np.stack((-along[:, 1], along[:, 0]), axis=1), good
