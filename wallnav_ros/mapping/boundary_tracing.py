@@ -57,7 +57,8 @@ def _corners(mask):
 
 
 def _mates(column, row, saddle_kind):
-    """Return, for every corner, the corner (N,) joined to it across its row and along its column.
+    """
+    Return, for every corner, the corner (N,) joined to it across its row and along its column.
 
     Of the two corners on one spot, the first ends the edge from the left, the second begins
     the edge to the right; which of them meets the edge from below follows from their kind.

@@ -117,7 +117,7 @@ def _used_chunks(data):
         length, kind = struct.unpack('>I4s', data[position:position + 8].ljust(8, b'\0'))
         end = position + 12 + length
         if end > len(data):
-            raise ImageError('truncated: the end of the PNG is missing; copy or save the map again')
+            raise ImageError('truncated: the PNG has no end; copy or save the map again')
         checksum = struct.pack('>I', zlib.crc32(data[position + 4:end - 4]))
         if data[end - 4:end] != checksum:
             raise ImageError('the PNG data are corrupt (checksum); copy or save the map again')

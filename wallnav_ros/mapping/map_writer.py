@@ -110,7 +110,7 @@ def _draw_lost(occupied, segments):
 
 
 def _cells_along(segments, shape):
-    """Return the columns and rows of the cells that `segments` (M, 2, 2), in cells, run through."""
+    """Return columns and rows of the cells that `segments` (M, 2, 2), in cells, run through."""
     along = segments[:, 1] - segments[:, 0]
     # A quarter of a cell between samples: only corners cut by less than that are left out.
     count = np.ceil(4.0 * np.hypot(along[:, 0], along[:, 1])).astype(int) + 1
