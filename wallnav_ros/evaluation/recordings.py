@@ -38,6 +38,10 @@ class RecordingError(ValueError):
     """A recording cannot be used; the message is one line: file, field and fix."""
 
 
+class _OdometryError(ValueError):
+    """An odometry message that must not be used; the text says why."""
+
+
 @dataclass(frozen=True)
 class ScanRecord:
     """
@@ -90,7 +94,7 @@ class Recording:
 
     path: the folder. topics: {name: (type, message count)}.
     scan_topic, odom_topic: as found in the bag; odom_topic is None without odometry.
-    rejected: how many scans were unusable, by reason; filled by `records`.
+    rejected: how many messages were unusable, by reason; filled by `records`.
     """
 
     def __init__(self, path, scan_topic=None, odom_topic=None):
@@ -123,22 +127,20 @@ class Recording:
         """
         Yield every ScanRecord and OdometryRecord in the order they were received.
 
-        A scan that cannot be used at all is counted in `rejected` and left out.
+        A message that cannot be used at all is counted in `rejected` and left out.
         Raises RecordingError when a file is damaged or no scan comes out of it.
         """
         scans, self.rejected = 0, Counter()
         wanted = {self.scan_topic, self.odom_topic} - {None}
         for topic, bag_time, message in self._messages(wanted):
-            if topic != self.scan_topic:
-                yield _odometry_record(bag_time, message)
-                continue
-            scans += 1
+            scans += topic == self.scan_topic
+            make = _scan_record if topic == self.scan_topic else _odometry_record
             try:
-                record = _scan_record(bag_time, message)
-            except ScanError as error:
+                record = make(bag_time, message)
+            except (ScanError, _OdometryError) as error:
                 self.rejected[str(error)] += 1
-                continue
-            yield record
+            else:
+                yield record
         if not scans:
             raise RecordingError(f'{self.path}: {self.scan_topic}: holds no message: '
                                  'record longer, or choose another --scan-topic')
@@ -233,9 +235,16 @@ def _scan_record(bag_time, message):
 
 def _odometry_record(bag_time, message):
     position, turn = message.pose.pose.position, message.pose.pose.orientation
-    yaw = math.atan2(2.0 * (turn.w * turn.z + turn.x * turn.y),
-                     1.0 - 2.0 * (turn.y * turn.y + turn.z * turn.z))
     twist = message.twist.twist
+    values = (position.x, position.y, turn.x, turn.y, turn.z, turn.w,
+              twist.linear.x, twist.linear.y, twist.angular.z)
+    if not all(map(math.isfinite, values)):
+        raise _OdometryError('odometry: not finite')
+    # As in the nodes: anything further off than rounding was never a rotation.
+    if not 0.98 <= math.hypot(turn.x, turn.y, turn.z, turn.w) <= 1.02:
+        raise _OdometryError('odometry: the quaternion is not of unit length')
+    yaw = math.atan2(2.0 * (turn.w * turn.z + turn.x * turn.y),
+                     turn.w ** 2 + turn.x ** 2 - turn.y ** 2 - turn.z ** 2)
     return OdometryRecord(
         bag_time, _seconds(message.header.stamp),
         _frame(message.header.frame_id), _frame(message.child_frame_id),
