@@ -43,7 +43,7 @@ class Latencies:
         if not self._samples:
             return {}
         p50, p99 = 1e3 * np.percentile(self._samples, (50, 99))
-        return {f'{name}_ms_p50': f'{p50:.1f}', f'{name}_ms_p99': f'{p99:.1f}'}
+        return {f'{name}_ms_p50': round(float(p50), 2), f'{name}_ms_p99': round(float(p99), 2)}
 
 
 def navigation_status(name, navigator, status, now, latencies):

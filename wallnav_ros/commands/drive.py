@@ -1,0 +1,243 @@
+# Copyright 2026 The wallnav_ros authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+Close the loop over DDS: simulator, tracker, walls and policy as processes, N crowds.
+
+Writes summary.json, a picture and the nodes' logs for every run (docs/drive.md).
+"""
+
+import argparse
+import json
+from pathlib import Path
+import signal
+import sys
+from time import monotonic
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.signals import SignalHandlerOptions
+from std_msgs.msg import String
+
+from wallnav_ros.commands.node_processes import Domain, NodeGroup, ProcessEnded
+from wallnav_ros.evaluation.trajectory_figures import draw_trajectories
+from wallnav_ros.mapping.map_writer import write_map
+from wallnav_ros.nodes.topics import LATCHED, RELIABLE
+from wallnav_ros.policy.value_function import load_value_function
+from wallnav_ros.simulation.episodes import draw_episode
+from wallnav_ros.simulation.scenarios import load_scenario
+from wallnav_ros.world.files import atomic_write, find_asset
+
+READY_TIMEOUT = 60.0       # s until every node must have started and found the others
+RESULT = ('outcome', 'time', 'path_length', 'min_gap_agent', 'min_gap_wall',
+          'scan_to_command_ms_p50', 'scan_to_command_ms_p99')
+
+
+def main(arguments=None):
+    """Run the command; returns its exit status: 0 only if every run reached the goal."""
+    options = _parse(arguments)
+    out = Path(options.out)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        find_asset('models', options.model, '.npz')
+        load_value_function(find_asset('models', options.model, '.npz'))
+        scenario = load_scenario(options.scenario)
+        draw_episode(scenario, options.case, options.seed)
+        map_path = _map_of(scenario, out)
+    except (OSError, ValueError) as error:
+        print(f'drive: {error}', file=sys.stderr)
+        return 2
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
+    try:
+        runs = [_run(options, scenario, map_path, options.seed + number, _name(options, number))
+                for number in range(options.runs)]
+    except ProcessEnded as error:
+        print(f'drive: {error}', file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        return 128 + signal.SIGINT
+    _write_summary(options, runs)
+    return 0 if all(run['outcome'] == 'goal' for run in runs) else 1
+
+
+def _parse(arguments):
+    parser = argparse.ArgumentParser('drive', description=__doc__.strip().splitlines()[0])
+    parser.add_argument('--scenario', default='cross_path', help='file, or a shipped name')
+    parser.add_argument('--case', default='mixed', help='of the scenario')
+    parser.add_argument('--runs', type=_whole(1), default=1, help='crowds, each from its own seed')
+    parser.add_argument('--seed', type=_whole(0), default=1, help='of the first crowd')
+    parser.add_argument('--out', required=True, help='folder for the results')
+    parser.add_argument('--name', help='of the one run: writes NAME.png and NAME.json')
+    parser.add_argument('--speed', type=float, default=1.0, help='simulated seconds per second')
+    parser.add_argument('--model', default='wallnav', help='weight file, or a shipped name')
+    parser.add_argument('--beams', type=_whole(2), default=360, help='of the scanner')
+    parser.add_argument('--scan-rate', type=float, default=10.0, metavar='HZ')
+    parser.add_argument('--odom-drift', type=float, default=0.0, metavar='FRACTION',
+                        help='of the odometry, per metre and radian')
+    parser.add_argument('--localisation-noise', type=float, nargs=2, default=[0.0, 0.0],
+                        metavar=('M', 'RAD'), help='of the pose in the map')
+    parser.add_argument('--json', metavar='FILE', help='also write the summary here')
+    options = parser.parse_args(arguments)
+    if options.name is not None and options.runs != 1:
+        parser.error('--name is for a single run')
+    if not 0.05 <= options.speed <= 50.0:
+        parser.error('--speed: expected 0.05 to 50')
+    return options
+
+
+def _whole(least):
+    def number(text):
+        if not text.isdecimal() or int(text) < least:
+            raise argparse.ArgumentTypeError(f'expected a whole number from {least} on: {text}')
+        return int(text)
+    return number
+
+
+def _map_of(scenario, out):
+    """Return the path of a map of the scenario's walls, drawn where none is shipped."""
+    if scenario.map is not None:
+        return scenario.map
+    try:
+        return find_asset('maps', scenario.name, '.yaml')
+    except FileNotFoundError:
+        path = out / f'{scenario.name}_map.yaml'
+        write_map(path, scenario.polygons)
+        return path
+
+
+def _name(options, number):
+    return options.name or f'run_{number:03d}'
+
+
+def _run(options, scenario, map_path, seed, name):
+    """Drive one crowd to its end; returns its entry of the summary."""
+    out = Path(options.out)
+    with Domain(), NodeGroup(out / f'{name}_logs') as nodes:
+        _start(nodes, options, scenario, map_path, seed)
+        with _Watcher() as watcher:
+            watcher.wait(lambda: watcher.ready, READY_TIMEOUT, nodes)
+            watcher.send_goal(scenario.goal)
+            # A machine too slow for --speed simulates slower, and is given the time for it.
+            limit = 30.0 + 4.0 * scenario.time_limit / min(options.speed, 1.0)
+            watcher.wait(lambda: watcher.episode.get('state') == 'ended', limit, nodes)
+            report = watcher.episode
+    result = {'seed': seed} | {key: report.get(key) for key in RESULT}
+    draw_trajectories(out / f'{name}.png', scenario.walls.segments, report['trajectories'],
+                      _title(options, result))
+    if options.name:
+        with atomic_write(out / f'{name}.json') as stream:
+            json.dump({key: result[key] for key in RESULT}, stream, indent=2)
+    print(_title(options, result), flush=True)
+    return result
+
+
+def _start(nodes, options, scenario, map_path, seed):
+    sim_time = options.speed != 1.0
+    nodes.start('simulator_node', {
+        'scenario': scenario.path, 'case': options.case, 'seed': seed,
+        'speed': options.speed, 'wait_for_goal': True, 'beams': options.beams,
+        'scan_rate': options.scan_rate, 'odom_drift': options.odom_drift,
+        'localisation_noise': options.localisation_noise[0],
+        'localisation_turn_noise': options.localisation_noise[1]})
+    nodes.start('map_walls_node', {'map': map_path, 'use_sim_time': sim_time})
+    nodes.start('scan_tracker_node', {'map': map_path, 'use_sim_time': sim_time})
+    nodes.start('policy_node', {
+        'map': map_path, 'tracks_source': 'topic', 'use_sim_time': sim_time,
+        'model': find_asset('models', options.model, '.npz').resolve(),
+        'robot_radius': scenario.radius, 'preferred_speed': scenario.preferred_speed})
+
+
+class _Watcher:
+    """
+    Follows a run from outside, as an operator with RViz would.
+
+    ready: whether policy_node waits for nothing but a goal. episode: the simulator's last report.
+    """
+
+    def __enter__(self):
+        self.ready, self.episode, self._standing = False, {}, 'policy_node is not there yet'
+        self._context = rclpy.Context()
+        rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
+        self._node = rclpy.create_node('drive', context=self._context)
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self._node)
+        self._node.create_subscription(
+            DiagnosticArray, 'diagnostics', self._take_diagnostics, RELIABLE)
+        self._node.create_subscription(String, 'episode', self._take_episode, LATCHED)
+        self._goal_publisher = self._node.create_publisher(PoseStamped, 'goal_pose', RELIABLE)
+        return self
+
+    def __exit__(self, *_):
+        self._executor.shutdown()
+        self._node.destroy_node()
+        self._context.try_shutdown()
+
+    def wait(self, condition, timeout, nodes):
+        """Wait until `condition` holds; raises ProcessEnded when it takes too long."""
+        deadline = monotonic() + timeout
+        while not condition():
+            nodes.check()
+            if monotonic() > deadline:
+                raise ProcessEnded(f'nothing more happened within {timeout:.0f} s '
+                                   f'({self._standing}); see the logs')
+            self._executor.spin_once(timeout_sec=0.1)
+
+    def send_goal(self, goal):
+        """Send the robot to `goal` (2,) in the map."""
+        message = PoseStamped()
+        message.header.frame_id = 'map'
+        message.pose.position.x, message.pose.position.y = map(float, goal)
+        message.pose.orientation.w = 1.0
+        self._goal_publisher.publish(message)
+
+    def _take_diagnostics(self, message):
+        for status in message.status:
+            if status.name.endswith('/policy_node'):
+                values = {item.key: item.value for item in status.values}
+                self._standing = status.message
+                # Both who judge the goal must hear it.
+                self.ready = (values['cause'] == 'no_goal' and values['state_frame'] == 'map'
+                              and self._goal_publisher.get_subscription_count() >= 2)
+
+    def _take_episode(self, message):
+        self.episode = json.loads(message.data)
+
+
+def _title(options, result):
+    def metres(value):
+        return 'none' if value is None else f'{value:.2f} m'
+    return (f'{options.scenario} {options.case}, seed {result["seed"]}: {result["outcome"]} after '
+            f'{result["time"]:.1f} s, {result["path_length"]:.1f} m; least gap to people '
+            f'{metres(result["min_gap_agent"])}, to walls {metres(result["min_gap_wall"])}')
+
+
+def _write_summary(options, runs):
+    reached = sum(run['outcome'] == 'goal' for run in runs)
+    summary = {'scenario': options.scenario, 'case': options.case, 'model': options.model,
+               'success_rate': reached / len(runs), 'runs': runs}
+    for path in [Path(options.out) / 'summary.json', *([options.json] if options.json else [])]:
+        with atomic_write(path) as stream:
+            json.dump(summary, stream, indent=2)
+    latencies = [run['scan_to_command_ms_p50'] for run in runs
+                 if run['scan_to_command_ms_p50'] is not None]
+    if latencies:
+        worst = max(run['scan_to_command_ms_p99'] or 0.0 for run in runs)
+        print(f'scan to command: median {sorted(latencies)[len(latencies) // 2]:.1f} ms, '
+              f'99 in 100 within {worst:.1f} ms')
+    print(f'{reached} of {len(runs)} reached the goal; results in {options.out}')
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,118 @@
+# Copyright 2026 The wallnav_ros authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+Trajectories of one episode as a picture: who was where, when, and how it ended.
+
+After Figs. 5 and 6 of the paper; time runs from light to dark.
+"""
+
+from io import BytesIO
+
+from matplotlib import colormaps
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+import numpy as np
+
+from wallnav_ros.world.files import atomic_write
+
+TICK = 2.0             # s between two discs that show where everybody was
+MARGIN = 0.5           # m around everything that is shown
+ROBOT, GOAL, STANDING = '#1650b0', '#1a8f3c', '#8a8a8a'
+WALKER_COLOURS = 'tab10'
+
+
+def draw_trajectories(path, walls, trajectories, title):
+    """
+    Write a picture of an episode to `path` (PNG).
+
+    walls: (M, 2, 2) segments in metres. trajectories: a mapping with times (T), robot
+    (T, 3), agents (T, N, 2), agent_radius (N), agent_walks (N), radius, start (3) and goal (2),
+    all in metres and seconds, as in the results of `drive`. title: what happened, in words.
+    """
+    figure = Figure(figsize=(8.0, 8.6), layout='constrained')
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    axes.add_collection(LineCollection(np.asarray(walls), colors='black', linewidths=2.0))
+    times = np.asarray(trajectories['times'])
+    moments = _moments(times)
+    _draw_agents(axes, trajectories, times, moments)
+    _draw_robot(axes, trajectories, times, moments)
+    _frame(axes, walls, trajectories)
+    axes.set_title(title, fontsize=11)
+    axes.set_xlabel(f'x (m)        discs every {TICK:g} s, light to dark; grey: standing people')
+    axes.set_ylabel('y (m)')
+    # Drawn in memory first, so that a picture on disk is always a whole one.
+    picture = BytesIO()
+    figure.savefig(picture, format='png', dpi=110)
+    with atomic_write(path, 'wb') as stream:
+        stream.write(picture.getvalue())
+
+
+def _moments(times):
+    """Return the rows nearest to each multiple of TICK, and the last one."""
+    wanted = np.arange(0.0, times[-1] + 1e-9, TICK)
+    rows = np.abs(times[:, None] - wanted).argmin(axis=0)
+    return np.unique(np.append(rows, len(times) - 1))
+
+
+def _shade(time, end):
+    return 0.2 + 0.6 * (time / end if end > 0.0 else 1.0)
+
+
+def _draw_agents(axes, trajectories, times, moments):
+    agents = np.asarray(trajectories['agents']).reshape(len(times), -1, 2)
+    colours = colormaps[WALKER_COLOURS]
+    for number, (radius, walks) in enumerate(
+            zip(trajectories['agent_radius'], trajectories['agent_walks'])):
+        way = agents[:, number]
+        if not walks:
+            axes.add_patch(Circle(way[-1], radius, facecolor=STANDING, edgecolor='black', lw=0.5))
+            continue
+        colour = colours(number % colours.N)
+        axes.plot(*way.T, color=colour, linewidth=0.8, alpha=0.7)
+        for row in moments:
+            axes.add_patch(Circle(way[row], radius, facecolor=colour, edgecolor='none',
+                                  alpha=0.6 * _shade(times[row], times[-1])))
+        axes.add_patch(Circle(way[-1], radius, facecolor='none', edgecolor=colour, lw=1.2))
+
+
+def _draw_robot(axes, trajectories, times, moments):
+    robot = np.asarray(trajectories['robot'])
+    axes.plot(*robot[:, :2].T, color=ROBOT, linewidth=2.2, zorder=5)
+    for row in moments:
+        axes.add_patch(Circle(robot[row, :2], trajectories['radius'], facecolor=ROBOT,
+                              edgecolor='white', lw=0.6, zorder=6,
+                              alpha=_shade(times[row], times[-1])))
+        axes.annotate(f'{times[row]:.0f}' if row != moments[-1] else f'{times[row]:.1f} s',
+                      robot[row, :2], xytext=(7, 5), textcoords='offset points', fontsize=8,
+                      color=ROBOT, zorder=8)
+    start = np.asarray(trajectories['start'])
+    axes.annotate('', start[:2] + 0.5 * np.array([np.cos(start[2]), np.sin(start[2])]), start[:2],
+                  arrowprops={'arrowstyle': '->', 'color': ROBOT, 'lw': 1.5}, zorder=7)
+    axes.plot(*trajectories['goal'], marker='*', markersize=18, color=GOAL,
+              markeredgecolor='black', markeredgewidth=0.5, linestyle='none', zorder=4)
+
+
+def _frame(axes, walls, trajectories):
+    points = [np.asarray(walls).reshape(-1, 2), np.asarray(trajectories['robot'])[:, :2],
+              np.asarray(trajectories['goal'])[None]]
+    points = np.concatenate([part for part in points if len(part)])
+    low, high = points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN
+    axes.set_xlim(low[0], high[0])
+    axes.set_ylim(low[1], high[1])
+    axes.set_aspect('equal')
+    axes.grid(True, color='#dddddd', linewidth=0.5, zorder=0)
+    axes.set_axisbelow(True)
