@@ -55,8 +55,8 @@ class DistanceField:
         Return the ranges (...) of rays from `origins` (..., 2) at `angles` (...), in metres.
 
         Angles are in the walls' frame. Ranges are clipped to `max_range`. Each of the `steps`
-        advances by the free distance, so a result is never beyond the wall; a ray that grazes
-        a wall for long may end a little short of where it would hit.
+        advances by the free distance and a ray stops within one `resolution` of a wall, so a
+        result is never beyond the wall; a ray that grazes one for long ends short of the hit.
         """
         cells = to_child(self.pose, origins) / self.resolution
         turned = np.asarray(angles) - self.pose[2]
@@ -64,7 +64,10 @@ class DistanceField:
         x, y = cells[..., 0], cells[..., 1]
         reach = np.zeros(np.broadcast(x, turned).shape)
         for _ in range(steps):
-            reach = np.minimum(reach + self._look_up(x + reach * dx, y + reach * dy), max_range)
+            free = self._look_up(x + reach * dx, y + reach * dy)
+            # Between nodes on both sides of a wall the look-up does not fall to zero: a ray that
+            # trusted it there would creep through.
+            reach = np.minimum(reach + np.where(free > self.resolution, free, 0.0), max_range)
         return reach
 
     def _look_up(self, x, y):
