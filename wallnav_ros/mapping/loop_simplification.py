@@ -65,12 +65,17 @@ def _lay_out(corners, starts, tolerance):
     loop = np.repeat(np.arange(len(size)), size)
     following = np.arange(len(corners)) + 1
     following[starts[1:] - 1] = starts[:-1]
-    after = np.abs(corners[following] - corners).sum(axis=1)
-    before = np.empty_like(after)
-    before[following] = after
-    shorter = np.minimum(before, after)
-    # The middle of an edge is half its length from either end: that much must be tolerable.
-    shift = np.where(shorter > 2.0 * tolerance, 0, np.where(before <= after, -1, 1))
+    before = np.empty_like(following)
+    before[following] = np.arange(len(corners))
+    edge = corners[following] - corners
+    length = np.abs(edge).sum(axis=1)
+    # A step is an edge after which the wall goes on as before it, not back as round an end. Its
+    # middle is half its length from either corner: that much must be tolerable.
+    step = (np.sign(edge[before]) == np.sign(edge[following])).all(axis=1)
+    step_length = np.where(step & (length <= 2.0 * tolerance), length, np.inf)
+    shift = np.where(step_length[before] <= step_length, -1, 1)
+    shift[np.isinf(np.minimum(step_length[before], step_length))] = 0
+    shorter = np.minimum(length[before], length)
 
     both = np.stack((corners, 0.5 * (corners + corners[following])), axis=1).reshape(-1, 2)
     longest = np.flatnonzero(shorter == np.maximum.reduceat(shorter, starts[:-1])[loop])
@@ -79,8 +84,8 @@ def _lay_out(corners, starts, tolerance):
     count = 2 * size + 1
     first = np.concatenate(([0], np.cumsum(count)))
     owner = np.repeat(np.arange(len(size)), count)
-    step = np.arange(first[-1]) - first[owner]
-    turned = 2 * starts[owner] + (begin[owner] - 2 * starts[owner] + step) % (2 * size[owner])
+    place = np.arange(first[-1]) - first[owner]
+    turned = 2 * starts[owner] + (begin[owner] - 2 * starts[owner] + place) % (2 * size[owner])
     return _Chains(both[turned], turned % 2 == 0, shift[turned // 2], first)
 
 

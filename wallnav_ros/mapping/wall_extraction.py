@@ -33,8 +33,7 @@ class WallExtraction:
     """
     The walls of a map, in the `map` frame.
 
-    polylines: outlines, each (K, 2) metres, closed by repeating the first point at the end;
-        one no wider than the tolerance allows to flatten is open, with K = 2.
+    polylines: closed outlines, each (K, 2) metres, the first point repeated at the end.
     stats: what was found, with the settings it was found by (docs/mapping.md).
     """
 
@@ -64,7 +63,7 @@ def extract_walls(occupancy_map: OccupancyMap, tolerance=None, min_size=0.0) -> 
     corners, starts = trace_boundary(occupancy_map.occupied)
     found = len(starts) - 1
     corners, starts = _without_speckle(corners, starts, min_size / resolution)
-    points, first = _flatten(*simplify_loops(corners, starts, tolerance / resolution))
+    points, first = simplify_loops(corners, starts, tolerance / resolution)
     points = to_parent(occupancy_map.origin, points * resolution)
     polylines = np.split(points, first[1:-1]) if len(points) else []
     stats = {
@@ -89,14 +88,6 @@ def _without_speckle(corners, starts, least):
     stays = extent >= least - 1e-6
     size = np.diff(starts)
     return corners[np.repeat(stays, size)], np.concatenate(([0], np.cumsum(size[stays])))
-
-
-def _flatten(points, first):
-    """Return the loops with those that go to one point and back cut down to the way there."""
-    size = np.diff(first)
-    stays = np.ones(len(points), dtype=bool)
-    stays[first[1:][size == 3] - 1] = False
-    return points[stays], np.concatenate(([0], np.cumsum(size - (size == 3))))
 
 
 def _length(points, first):
