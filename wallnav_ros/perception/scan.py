@@ -60,13 +60,13 @@ class Scan:
         if self.ranges.ndim != 1 or not len(self.ranges):
             raise ScanError('ranges: no beams')
         if not self.range_max > max(self.range_min, 0.0):
-            raise ScanError(f'range_max: {self.range_max} is not above range_min and zero')
+            raise ScanError('range_max: not above range_min and zero')
         if len(self.ranges) > 1 and self.angle_increment == 0.0:
             raise ScanError('angle_increment: zero, with more than one beam')
         if abs(self.angle_increment) * (len(self.ranges) - 1) > LARGEST_SPAN:
             raise ScanError('angle_increment: the beams span more than one turn')
         if not abs(self.angle_min) <= 1e3:
-            raise ScanError(f'angle_min: {self.angle_min} rad is out of reason')
+            raise ScanError('angle_min: more than 1000 rad')
 
     @cached_property
     def angles(self):

@@ -123,6 +123,10 @@ class TrackerSettings:
     longest_gap: float = 1.5
     """s between scans; after that nothing remembered about moving things can be trusted."""
 
+    disorder: float = 0.5
+    """s that a scan may be older than one before, several scanners being out of step; more
+    means that the clock was set back."""
+
     # Human or obstacle.
     trail_spacing: float = 0.2
     """s; the trail of six places spans a second, long enough to tell walking from swaying."""

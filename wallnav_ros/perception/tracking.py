@@ -42,10 +42,8 @@ class Tracker:
         self.settings = settings
         self.resets = 0
         self._table = TrackTable()
-        self._motion = EgoMotion(settings)
-        self._views = {}
-        self._bodies = {}
-        self._stamp = None
+        self._known = False
+        self._forget()
 
     def update(self, scan, pose=None, walls=None, end_pose=None, odometry=True, sensor='scan'):
         """
@@ -61,9 +59,9 @@ class Tracker:
         sensor: name of the scanner, where several feed one tracker.
         """
         settings, table = self.settings, self._table
-        elapsed = self._advance(scan.stamp)
-        table.predict(elapsed, settings)
         known = odometry and pose is not None
+        elapsed = self._advance(scan.stamp, known)
+        table.predict(elapsed, settings)
         given = np.zeros(3) if pose is None else np.asarray(pose, dtype=float)
         sweep = self._sweep(scan, given, known, end_pose)
         body = self._bodies.setdefault(sensor, OwnBody(settings))
@@ -92,19 +90,23 @@ class Tracker:
         memory.add(view)
         return self._report(scan.stamp)
 
-    def _advance(self, stamp):
+    def _advance(self, stamp, known):
         """Return the seconds since the last scan, forgetting everything across a jump."""
         elapsed = 0.0 if self._stamp is None else stamp - self._stamp
-        if elapsed < -0.5 or elapsed > self.settings.longest_gap:
-            self._table.clear()
-            self._views.clear()
-            self._bodies.clear()
-            self._motion = EgoMotion(self.settings)
-            self._stamp = None
+        jumped = elapsed < -self.settings.disorder or elapsed > self.settings.longest_gap
+        if self._stamp is not None and (jumped or known != self._known):
             self.resets += 1
+            self._forget()
             elapsed = 0.0
         self._stamp = stamp if self._stamp is None else max(stamp, self._stamp)
+        self._known = known
         return max(elapsed, 0.0)
+
+    def _forget(self):
+        self._table.clear()
+        self._views, self._bodies = {}, {}
+        self._motion = EgoMotion(self.settings)
+        self._stamp = None
 
     def _sweep(self, scan, given, known, end_pose):
         """Return the laser's motion (3,) from the first beam to the last, in its first frame."""

@@ -1,0 +1,220 @@
+# Copyright 2026 The wallnav_ros authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+The node that tracks: one or more scans and odometry in, tracks and markers out.
+
+Topics, parameters and frames are those of docs/perception.md; the thinking is in `perception`.
+"""
+
+from collections import Counter
+import sys
+from time import monotonic
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from nav_msgs.msg import OccupancyGrid, Odometry
+import numpy as np
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
+from sensor_msgs.msg import LaserScan, PointCloud2
+from std_msgs.msg import Header
+from visualization_msgs.msg import MarkerArray
+
+from wallnav_ros.mapping.distance_field import distance_field
+from wallnav_ros.mapping.occupancy_map import load_map
+from wallnav_ros.mapping.wall_extraction import extract_walls
+from wallnav_ros.navigation.localisation import Localisation, MAP
+from wallnav_ros.nodes import conversions as convert
+from wallnav_ros.nodes.health import Latencies
+from wallnav_ros.nodes.markers import track_markers
+from wallnav_ros.nodes.parameters import declare, declare_pose, declare_settings
+from wallnav_ros.nodes.runner import run
+from wallnav_ros.nodes.topics import advertise, LATCHED, RELIABLE, SENSOR, subscribe
+from wallnav_ros.nodes.transforms import find_frames
+from wallnav_ros.perception.settings import TrackerSettings
+from wallnav_ros.perception.tracking import Tracker
+from wallnav_ros.world.geometry import compose, invert
+from wallnav_ros.world.distance_field import DistanceField
+from wallnav_ros.world.tracks import HUMAN
+
+DIAGNOSTICS_PERIOD = 1.0      # s
+
+
+class ScanTrackerNode(Node):
+    """Feeds a Tracker from topics and publishes what it says."""
+
+    def __init__(self):
+        """Check the parameters, then subscribe; raises ValueError or OSError before that."""
+        super().__init__('scan_tracker_node')
+        self.tracker = Tracker(declare_settings(self, 'tracker', TrackerSettings()))
+        self.place = Localisation()
+        self.rejected = Counter()
+        self._mounts = _declare_scanners(self)
+        self._wait = declare(self, 'odom_wait', 2.0,
+                             's to wait for odometry before tracking in the laser frame',
+                             (0.0, 60.0))
+        self._walls = None
+        self._first_scan = self._has_odometry = None
+        self._tracks, self._frame = None, ''
+        self._scans, self._latency = 0, Latencies()
+        map_file = declare(self, 'map', '', 'YAML file of the map; empty: take it from topic map')
+        if map_file:
+            self._use_map(load_map(map_file))
+        self._frames = find_frames(self)
+        self._tracks_publisher = advertise(self, PointCloud2, 'tracks', RELIABLE)
+        self._marker_publisher = advertise(self, MarkerArray, 'markers', RELIABLE)
+        self._diagnostics_publisher = advertise(self, DiagnosticArray, 'diagnostics', RELIABLE)
+        self._subscribe(bool(map_file))
+        self.create_timer(DIAGNOSTICS_PERIOD, self._report,
+                          clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def _subscribe(self, has_map):
+        for topic in self._mounts:
+            subscribe(self, LaserScan, topic,
+                      lambda message, topic=topic: self._take_scan(topic, message), SENSOR)
+        subscribe(self, Odometry, 'odom', self._take_odometry, SENSOR)
+        subscribe(self, PoseWithCovarianceStamped, 'amcl_pose', self._take_fix, LATCHED)
+        if not has_map:
+            subscribe(self, OccupancyGrid, 'map', self._take_map, LATCHED)
+
+    def _take_odometry(self, message):
+        try:
+            stamp, pose, velocity = convert.odometry_from_message(message)
+        except convert.MessageError as error:
+            self.rejected[f'odom: {error}'] += 1
+            return
+        self.place.odom_frame = convert.frame_name(message.header.frame_id) or 'odom'
+        self.place.base_frame = convert.frame_name(message.child_frame_id) or 'base_link'
+        if not self.place.add_odometry(stamp, pose, velocity):
+            self.rejected['odom: out of order'] += 1
+
+    def _take_fix(self, message):
+        if convert.frame_name(message.header.frame_id) != MAP:
+            self.rejected['amcl_pose: not in the map frame'] += 1
+            return
+        try:
+            pose = convert.pose_from_message(message.pose.pose)
+        except convert.MessageError as error:
+            self.rejected[f'amcl_pose: {error}'] += 1
+            return
+        self.place.add_fix(convert.seconds(message.header.stamp), pose)
+
+    def _take_map(self, message):
+        try:
+            self._use_map(convert.map_from_message(message))
+        except ValueError as error:
+            self.rejected[f'map: {error}'] += 1
+            self.get_logger().error(f'map refused: {error}')
+
+    def _use_map(self, occupancy_map):
+        for warning in occupancy_map.warnings:
+            self.get_logger().warning(warning)
+        self._walls = distance_field(extract_walls(occupancy_map).walls)
+
+    def _take_scan(self, topic, message):
+        received = monotonic()
+        try:
+            scan = convert.scan_from_message(message)
+        except ValueError as error:
+            self.rejected[f'{topic}: {error}'] += 1
+            return
+        laser_frame = convert.frame_name(message.header.frame_id)
+        mount = self._mount(topic, laser_frame)
+        place = self._place(scan, mount)
+        if place is None:
+            self.rejected[f'{topic}: no odometry at its stamp'] += 1
+            return
+        self._scans += 1
+        self._tracks = self.tracker.update(scan, sensor=topic, **place)
+        if self._has_odometry:
+            self._frame = self.place.odom_frame
+        else:
+            alone = len(self._mounts) == 1 and not mount.any()
+            self._frame = laser_frame if alone else self.place.base_frame
+        self._latency.add(monotonic() - received)
+        self._tracks_publisher.publish(convert.tracks_message(self._tracks, self._frame))
+        if self._marker_publisher.get_subscription_count():
+            self._marker_publisher.publish(track_markers(self._tracks, self._frame))
+
+    def _mount(self, topic, laser_frame):
+        """Return the laser's pose (3,) on the base: from TF where it has one."""
+        found = None
+        if self._frames is not None:
+            found = self._frames.pose(self.place.base_frame, laser_frame)
+        return self._mounts[topic] if found is None else found[1]
+
+    def _place(self, scan, mount):
+        """Return the Tracker's arguments about where `scan` was taken, None if not known."""
+        base = self.place.odom_pose(scan.stamp)
+        if self._first_scan is None:
+            self._first_scan = monotonic()
+        if base is not None:
+            self._has_odometry = True
+        elif self._has_odometry or monotonic() - self._first_scan < self._wait:
+            return None
+        else:
+            if self._has_odometry is None:
+                self.get_logger().warning(
+                    f'no odometry on {self.resolve_topic_name("odom")}: the scans alone tell how '
+                    'the robot moves, and tracks are in its own frame')
+            self._has_odometry = False
+            return {'pose': mount, 'odometry': False}
+        end = self.place.odom_pose(scan.stamp + scan.sweep_time)
+        return {'pose': compose(base, mount), 'walls': self._walls_in_odom(),
+                'end_pose': None if end is None else compose(end, mount)}
+
+    def _walls_in_odom(self):
+        """Return the map's DistanceField in the odometry's frame, None unless localised."""
+        if self._walls is None or self.place.map_from_odom is None:
+            return None
+        pose = compose(invert(self.place.map_from_odom), self._walls.pose)
+        return DistanceField(self._walls.distance, pose, self._walls.resolution)
+
+    def _report(self):
+        people = 0 if self._tracks is None else int((self._tracks.label == HUMAN).sum())
+        total = 0 if self._tracks is None else len(self._tracks)
+        walls = self._walls_in_odom()
+        values = {'scans': self._scans, 'tracks': total, 'humans': people, 'frame': self._frame,
+                  'walls': 'none' if walls is None else 'subtracted',
+                  'resets': self.tracker.resets, 'rejected': sum(self.rejected.values()),
+                  **self._latency.values('scan_to_tracks'),
+                  **{f'rejected {reason}': count for reason, count in self.rejected.items()}}
+        level, text = DiagnosticStatus.OK, f'{people} humans, {total - people} obstacles'
+        if not self._scans:
+            level, text = DiagnosticStatus.WARN, 'no scan used yet'
+        message = DiagnosticArray(header=Header(stamp=self.get_clock().now().to_msg()))
+        message.status = [convert.diagnostic_status(
+            self.get_fully_qualified_name(), 'wallnav_ros', level, text, values)]
+        self._diagnostics_publisher.publish(message)
+
+
+def _declare_scanners(node):
+    """Return {scan topic: its laser's pose (3,) on the base}; raises ValueError."""
+    first = declare_pose(node, 'laser_pose', 'of the laser on the base, where TF has none')
+    more = declare(node, 'more_scan_topics', [''], 'further scanners, fused with topic scan')
+    mounts = {'scan': first}
+    for topic in filter(None, more):
+        mounts[topic] = declare_pose(
+            node, f'laser_pose_{topic.strip("/").replace("/", "_")}',
+            f'of the laser that publishes {topic}, where TF has none')
+    return mounts
+
+
+def main(args=None):
+    """Run the node; returns its exit status."""
+    return run(ScanTrackerNode, args)
+
+
+if __name__ == '__main__':
+    sys.exit(main())
