@@ -1,0 +1,273 @@
+# Copyright 2026 The wallnav_ros authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+The decision rule, worked by hand with a value function that anyone can follow.
+
+Paper section 4: a* = argmax R(s, a) + gamma^(dt v_pref) V(s').
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from wallnav_ros.policy.actions import ActionSet, make_actions, STOP
+from wallnav_ros.policy.lookahead import Lookahead, Rule
+from wallnav_ros.world.distance_field import DistanceField
+from wallnav_ros.world.state import Agents, Observation, Robot
+
+# Stop, straight ahead, and an arc to each side.
+FOUR = ActionSet(np.array([0.0, 1.0, 1.0, 1.0]), np.array([0.0, 0.0, 1.0, -1.0]))
+OPEN = DistanceField.empty()
+
+
+def nothing(features):
+    """Value every state alike: only rewards decide."""
+    return np.zeros(len(features.robot))
+
+
+def nearness(features):
+    """Value a state by how near the goal is: -1 for every metre."""
+    return -10.0 * features.robot[:, 0].astype(float)
+
+
+def robot_facing_goal(**changes):
+    robot = Robot(np.zeros(3), np.zeros(2), np.array([4.0, 0.0]), np.float64(0.2),
+                  np.float64(0.8))
+    return replace(robot, **changes)
+
+
+def observe(agents=None, walls=OPEN, **changes):
+    return Observation(robot_facing_goal(**changes), agents or Agents.none(), walls)
+
+
+def wall_ahead(x):
+    """Return the exact field of a wall across the x axis: distance |x - wall|."""
+    corner = np.array([-5.0, -5.0, 0.0])
+    distance = np.abs(corner[0] + 0.05 * np.arange(300) - x)
+    return DistanceField(np.tile(distance, (300, 1)).astype(np.float32), corner, 0.05)
+
+
+def test_one_step_is_reward_plus_discounted_value():
+    decision = Lookahead(nearness, FOUR, Rule()).decide(observe())
+
+    # Straight on gains 0.8 x 0.25 = 0.2 m: 0.01 x 0.2 progress + 0.01 push + 0.01 wall, and
+    # 3.8 m are left. Standing still costs 0.01 for freezing. gamma^(dt v) = 0.9^0.2 = 0.979148.
+    assert decision.scores[1] == pytest.approx(0.022 - 0.979148 * 3.8, abs=1e-5)
+    assert decision.scores[0] == pytest.approx(0.0 - 0.979148 * 4.0, abs=1e-5)
+    assert decision.action == 1
+    assert decision.command.tolist() == [0.8, 0.0]
+    assert decision.safe
+
+
+def test_the_path_is_where_the_action_is_predicted_to_lead():
+    decision = Lookahead(nearness, FOUR, Rule((2,))).decide(observe(pose=np.array([1.0, 0.0, 0.0])))
+
+    assert decision.path == pytest.approx(np.array([[1.0, 0.0, 0.0], [1.2, 0.0, 0.0],
+                                                    [1.4, 0.0, 0.0]]))
+
+
+def test_the_discount_follows_from_time_and_preferred_speed():
+    lookahead = Lookahead(lambda features: np.ones(len(features.robot)), FOUR,
+                          Rule((3,), discount=0.5, reward='R1'))
+
+    decision = lookahead.decide(observe(preferred_speed=np.float64(0.4)))
+
+    # 0.5^(0.25 x 0.4) a step; 0.1 m nearer a step at 0.01 a metre.
+    step = 0.5 ** 0.1
+    assert decision.scores[1] == pytest.approx(0.001 * (1 + step + step ** 2) + step ** 3)
+    assert decision.scores[0] == pytest.approx(step ** 3)
+
+
+def test_a_longer_look_turns_once_and_then_keeps_the_heading():
+    turn = Lookahead(nothing, FOUR, Rule((4,))).roll_out(
+        *batched(observe())[:2], OPEN).poses[0, 2]
+
+    assert turn[:, 2] == pytest.approx([0.25] * 4)
+    # The arc of 0.25 rad and 0.2 m ends at (0.8 sin 0.25, 0.8 (1 - cos 0.25)).
+    assert turn[0, :2] == pytest.approx([0.197923, 0.024870], abs=1e-6)
+    strides = np.diff(turn[:, :2], axis=0)
+    assert strides == pytest.approx(np.tile([0.2 * np.cos(0.25), 0.2 * np.sin(0.25)], (3, 1)))
+
+
+def batched(observation, count=1):
+    return (Robot(*(np.stack([part] * count) for part in vars(observation.robot).values())),
+            Agents(*(np.stack([part] * count) for part in vars(observation.agents).values())),
+            observation.walls)
+
+
+def test_scores_of_several_horizons_are_averaged():
+    observation = observe(Agents.of([[3.0, 1.0]], [[-0.5, 0.0]], [0.3]), walls=wall_ahead(5.0))
+
+    alone = [Lookahead(nearness, FOUR, Rule((horizon,))).evaluate(*batched(observation))[0]
+             for horizon in (1, 3, 5)]
+    together, _ = Lookahead(nearness, FOUR, Rule((1, 3, 5))).evaluate(*batched(observation))
+
+    assert together == pytest.approx(np.mean(alone, axis=0))
+
+
+def test_the_goal_ends_a_rollout_and_is_worth_ten():
+    def high(features):
+        return np.full(len(features.robot), 1000.0)
+    observation = observe(goal=np.array([0.5, 0.0]))
+
+    scores, rollout = Lookahead(high, FOUR, Rule((4,))).evaluate(*batched(observation))
+
+    # 0.2, then 0.4 m: within 0.2 m of the goal. Nothing after it counts, least of all a value.
+    step = 0.9 ** 0.2
+    assert rollout.over[0, 1].tolist() == [False, True, True, True]
+    assert rollout.rewards[0, 1, 2:].tolist() == [0.0, 0.0]
+    assert scores[0, 1] == pytest.approx(0.022 + step * 10.022)
+    assert scores[0, STOP] > 900.0
+
+
+def test_a_predicted_collision_excludes_an_action_however_high_its_value():
+    def ahead(features):
+        return 1000.0 * -features.robot[:, 0].astype(float)
+    # 0.15 m of room straight ahead, 0.2 m to go; turning does not help, standing does.
+    agents = Agents.of([[0.65, 0.0]], [[0.0, 0.0]], [0.3])
+
+    decision = Lookahead(ahead, FOUR).decide(observe(agents))
+
+    assert np.isinf(decision.scores[1])
+    assert decision.action == STOP
+    assert decision.safe
+
+
+def test_an_agent_that_will_have_gone_is_not_collided_with():
+    """Between the steps' ends positions are interpolated: relative motion decides."""
+    # A disc in the way now, leaving as fast as the robot comes.
+    leaving = Agents.of([[0.55, 0.0]], [[0.8, 0.0]], [0.3])
+
+    assert Lookahead(nearness, FOUR).decide(observe(leaving)).action == 1
+
+
+def test_a_collision_half_way_through_a_step_is_seen():
+    """A small fast agent that crosses between two steps' ends."""
+    crossing = Agents.of([[0.1, -1.0]], [[0.0, 8.0]], [0.1])
+
+    decision = Lookahead(nearness, FOUR).decide(observe(crossing))
+
+    assert np.isinf(decision.scores).all()
+
+
+def test_walls_are_felt_half_way_too():
+    """A thin wall in the middle of a step of 0.8 m at 3.2 m/s: the ends are 0.4 m clear of it."""
+    scores = Lookahead(nearness, FOUR).decide(
+        observe(walls=wall_ahead(0.4), preferred_speed=np.float64(3.2))).scores
+
+    assert np.isinf(scores[1])
+    assert np.isfinite(scores[STOP])
+
+
+def test_where_every_action_collides_the_robot_stops_and_says_so():
+    agents = Agents.of([[0.3, 0.0]], [[0.0, 0.0]], [0.3])
+
+    decision = Lookahead(nearness, FOUR).decide(observe(agents))
+
+    assert not decision.safe
+    assert decision.action == STOP
+    assert decision.command.tolist() == [0.0, 0.0]
+    assert np.isinf(decision.scores).all()
+
+
+def test_a_collision_later_on_costs_but_does_not_exclude():
+    agents = Agents.of([[0.75, 0.0]], [[0.0, 0.0]], [0.2])
+
+    scores, rollout = Lookahead(nothing, FOUR, Rule((3,), reward='R1')).evaluate(
+        *batched(observe(agents)))
+
+    # 0.35 m of room: a step of 0.2 m (gap 0.15: discomfort 0.5 x 0.05), then a collision.
+    assert not rollout.collided[0, 1]
+    assert rollout.over[0, 1].tolist() == [False, True, True]
+    assert scores[0, 1] == pytest.approx(-0.025 - 0.5 * 0.9 ** 0.2)
+
+
+def test_standing_still_for_someone_who_comes_nearer_is_paid():
+    agents = Agents.of([[1.5, 0.5]], [[-0.5, 0.0]], [0.3])
+
+    _, rollout = Lookahead(nothing, FOUR, Rule(reward='R2')).evaluate(*batched(observe(agents)))
+
+    assert rollout.rewards[0, STOP] == pytest.approx(0.02)
+    assert rollout.rewards[0, 1] == pytest.approx(0.002)
+
+
+def test_the_value_is_asked_of_agents_where_they_will_be():
+    seen = []
+
+    def record(features):
+        seen.append(features)
+        return np.zeros(len(features.robot))
+    agents = Agents.of([[3.0, 0.0]], [[0.0, 1.0]], [0.3])
+
+    Lookahead(record, FOUR, Rule((2,))).decide(observe(agents))
+
+    # After half a second: the robot at (0.4, 0), the agent at (3, 0.5), in units of 5 m.
+    straight = seen[0].agents[1, 0]
+    assert straight[:4] == pytest.approx([2.6 / 5.0, 0.5 / 5.0, 0.0, 1.0], abs=1e-6)
+
+
+def test_absent_agents_change_nothing(rng):
+    agents = Agents.of(rng.uniform(-2.0, 2.0, (4, 2)) + [2.5, 0.0], rng.normal(0.0, 0.5, (4, 2)),
+                       np.full(4, 0.3))
+    present = np.array([True, False, True, False])
+    padded = replace(agents, present=present,
+                     position=np.where(present[:, None], agents.position, 0.0))
+    without = Agents(*(part[present] for part in vars(agents).values()))
+    lookahead = Lookahead(nearness, make_actions(), Rule((1, 3)))
+
+    assert (lookahead.decide(observe(padded)).scores
+            == lookahead.decide(observe(without)).scores).all()
+
+
+@pytest.mark.parametrize('horizons', [(1,), (2, 4)])
+def test_a_batch_is_decided_state_by_state(rng, horizons):
+    count = 6
+    robots = Robot(rng.uniform(-3.0, 3.0, (count, 3)), np.zeros((count, 2)),
+                   rng.uniform(-3.0, 3.0, (count, 2)), rng.uniform(0.15, 0.35, count),
+                   rng.uniform(0.3, 1.0, count))
+    agents = Agents.of(rng.uniform(-3.0, 3.0, (count, 5, 2)), rng.normal(0.0, 0.7, (count, 5, 2)),
+                       rng.uniform(0.1, 0.5, (count, 5)))
+    lookahead, walls = Lookahead(nearness, make_actions(), Rule(horizons)), wall_ahead(4.0)
+
+    together, rollout = lookahead.evaluate(robots, agents, walls)
+
+    for row in range(count):
+        alone = lookahead.decide(Observation(
+            Robot(*(part[row] for part in vars(robots).values())),
+            Agents(*(part[row] for part in vars(agents).values())), walls))
+        expected = np.where(rollout.collided[row], -np.inf, together[row])
+        assert alone.scores == pytest.approx(expected)
+        assert alone.action == expected.argmax() or not alone.safe
+
+
+@pytest.mark.parametrize('bearing, turn_rate', [(0.0, 0.0), (0.6, 1.575), (-0.6, -1.8)])
+def test_with_nothing_in_the_way_the_robot_turns_towards_its_goal(bearing, turn_rate):
+    goal = 4.0 * np.array([np.cos(bearing), np.sin(bearing)])
+
+    decision = Lookahead(nearness, make_actions()).decide(observe(goal=goal))
+
+    assert decision.command == pytest.approx([0.8, turn_rate])
+
+
+def test_the_rule_comes_with_the_weights_unless_overridden():
+    class Weights:
+        metadata = {'decision': {'horizons': [2, 4]}, 'time_step': 0.2, 'discount': 0.95,
+                    'reward': 'R2', 'actions': {'max_turn_rate': 1.0}}
+
+    lookahead = Lookahead.from_weights(Weights())
+
+    assert lookahead.rule == Rule((2, 4), 0.2, 0.95, 'R2')
+    assert np.abs(lookahead.actions.turn_rate).max() == 1.0
+    assert Lookahead.from_weights(Weights(), [1]).rule.horizons == (1,)
