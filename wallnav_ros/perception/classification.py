@@ -32,13 +32,15 @@ def weigh_motion(table, rows, still, fresh, apart, vacated, elapsed, settings):
     """
     gone = np.linalg.norm(table.position[rows] - table.trail[rows, -1], axis=1)
     doubt = np.sqrt(table.covariance[rows, 0]) + settings.body_noise
-    moved = (gone > settings.walking_distance) & (gone > 3.0 * doubt)
     speed = np.linalg.norm(table.velocity[rows], axis=1)
-    moved &= speed > settings.walking_speed
-    rate = (settings.fresh_rate * np.where(fresh > still, fresh, 0.0)
+    moved = ((gone > settings.walking_distance) & (gone > 3.0 * doubt)
+             & (speed > settings.walking_speed))
+    earned = table.human[rows] & (table.reach[rows] > settings.earned_distance)
+    rate = (settings.fresh_rate * np.where((fresh > still) & (gone > 2.0 * doubt), fresh, 0.0)
             + settings.vacated_rate * (vacated & moved)
             + settings.moved_rate * (moved & apart & (still < 0.3))
-            - settings.still_rate * still * ~moved * ~table.human[rows])
+            - settings.still_rate * still * ~moved * ~earned)
+    rate = np.where(table.radius[rows] < settings.thin_radius, np.minimum(rate, 0.0), rate)
     limit = settings.motion_limit
     table.motion[rows] = np.clip(table.motion[rows] + rate * elapsed, -limit, limit)
     walked = table.reach > settings.walking_distance

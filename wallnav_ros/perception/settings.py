@@ -134,6 +134,10 @@ class TrackerSettings:
     """m/s; slower drift is explained by the changing view of a thing that stands still."""
     walking_distance: float = 0.25
     """m; what a thing must have covered to count as moving by itself."""
+    earned_distance: float = 1.0
+    """m walked, after which one who stands keeps the label."""
+    thin_radius: float = 0.035
+    """m; thinner than any leg: chair legs, poles, cables."""
     fresh_rate: float = 6.0
     """log-odds a second while all of a thing is where nothing was."""
     vacated_rate: float = 6.0
@@ -142,8 +146,8 @@ class TrackerSettings:
     """log-odds a second while it moves and no earlier view speaks against it."""
     still_rate: float = 4.0
     """log-odds a second against, while all of a thing is where something always was."""
-    human_odds: float = 1.5
-    """log-odds; 82 % sure to name it human, 82 % sure to take the name away."""
+    human_odds: float = 2.0
+    """log-odds; 88 % sure to name it human, 88 % sure to take the name away."""
     motion_limit: float = 4.0
     """log-odds; 98 %: certainty that a second of evidence can still turn round."""
 
