@@ -104,8 +104,9 @@ class Navigator:
         self.laser_pose = np.zeros(3)
         self.rejected = Counter()
         self.clock = ClockWatch()
-        self.feeds = {'scan': Feed('scan', settings.scan_timeout),
-                      'odometry': Feed('odometry', settings.odom_timeout)}
+        # In the order of blame: without odometry no scan can be used either.
+        self.feeds = {'odometry': Feed('odometry', settings.odom_timeout),
+                      'scan': Feed('scan', settings.scan_timeout)}
         if settings.tracks_given:
             self.feeds['tracks'] = Feed('tracks', settings.tracks_timeout)
         self.walls = None
