@@ -24,7 +24,7 @@ import numpy as np
 
 def weigh_motion(table, rows, still, fresh, apart, vacated, elapsed, settings):
     """
-    Add the evidence of one scan to `motion` of the updated `rows` (K,), and settle `human`.
+    Add the evidence of one scan to `motion` of the updated `rows` (K,).
 
     still, fresh: (K,) shares of the beams on known surfaces and on known free space.
     apart: (K,) bool, nothing large is near. vacated: (K,) bool, the place on the trail was seen free in this scan.
@@ -43,6 +43,15 @@ def weigh_motion(table, rows, still, fresh, apart, vacated, elapsed, settings):
     rate = np.where(table.radius[rows] < settings.thin_radius, np.minimum(rate, 0.0), rate)
     limit = settings.motion_limit
     table.motion[rows] = np.clip(table.motion[rows] + rate * elapsed, -limit, limit)
+
+
+def settle_labels(table, barred, settings):
+    """
+    Set the label `human` by `motion`, with hysteresis.
+
+    barred: (N,) bool, tracks that must not become human now.
+    """
     walked = table.reach > settings.walking_distance
-    table.human |= (table.motion > settings.human_odds) & walked & (table.score >= 1.0)
+    certain = (table.motion > settings.human_odds) & walked & (table.score >= 1.0)
+    table.human |= certain & ~barred
     table.human &= table.motion > -settings.human_odds

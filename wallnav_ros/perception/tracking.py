@@ -20,7 +20,7 @@ Constant-velocity Kalman filters with optimal assignment (Bar-Shalom and Li 1995
 import numpy as np
 
 from wallnav_ros.perception.association import associate
-from wallnav_ros.perception.classification import weigh_motion
+from wallnav_ros.perception.classification import settle_labels, weigh_motion
 from wallnav_ros.perception.detection import detect, judge_points, place_beams
 from wallnav_ros.perception.ego_motion import EgoMotion
 from wallnav_ros.perception.own_body import OwnBody
@@ -153,6 +153,7 @@ class Tracker:
         apart &= np.hypot(*self._motion.rate[:2]) + abs(self._motion.rate[2]) < 0.05
         vacated = look_up([view], scan, table.trail[rows, 3], 0.15, 0.2, 0.0)[0][0]
         weigh_motion(table, rows, *shares, apart, vacated, elapsed, settings)
+        settle_labels(table, self._crowded(), settings)
 
     def _miss(self, match, scan, view, elapsed):
         """Doubt the tracks whose place is seen empty, and bury those unseen for too long."""
@@ -186,11 +187,17 @@ class Tracker:
         gap = np.linalg.norm(table.position[rows, None] - table.position[None, rows], axis=2)
         drift = np.linalg.norm(table.velocity[rows, None] - table.velocity[None, rows], axis=2)
         one, two = np.nonzero(np.triu((gap < 0.35) & (drift < 0.7), k=1))
-        if not len(one):
-            return
         lost = np.zeros(len(table), dtype=bool)
         lost[np.where(table.human[rows[two]] & ~table.human[rows[one]], rows[one], rows[two])] = True
         table.keep(~lost)
+
+    def _crowded(self):
+        """Return (N,) bool: a leg beside a person, who may well be its owner."""
+        settings, table = self.settings, self._table
+        people = np.flatnonzero(table.human)
+        gap = np.linalg.norm(table.position[:, None] - table.position[None, people], axis=2)
+        leg = (table.radius < settings.leg_width / 2.0) & (table.pair < 0.3)
+        return leg & ((gap < settings.stride) & (gap > 0.0)).any(axis=1)
 
     def _report(self, stamp):
         table = self._table
