@@ -24,17 +24,18 @@ CELL = 0.1         # m, spacing of the grid that free space is sought on
 CLEARANCE = 0.12   # m, no gap narrower than twice this lets the search through
 
 
-def free_points(walls, field, start, goal):
+def free_points(walls, field, start, goal, margin=0.0):
     """
     Return the grid points (P, 2), in metres, connected to `start` (2,) without meeting a wall.
 
     The grid spans `walls`, `start` and `goal` (2,), an open world (no walls) 10 m to each side
-    of the start besides; `field` gives the distances. P is 0 when the start touches a wall.
+    of the start besides, and `margin` m around it all; `field` gives the distances. P is 0 when
+    the start touches a wall.
     """
     corners = (walls.segments.reshape(-1, 2) if len(walls)
                else np.asarray(start) + np.array([[-10.0, -10.0], [10.0, 10.0]]))
     corners = np.vstack((corners, start, goal))
-    low, high = corners.min(axis=0), corners.max(axis=0)
+    low, high = corners.min(axis=0) - margin, corners.max(axis=0) + margin
     columns, rows = np.maximum(1, np.floor((high - low) / CELL).astype(int))
     grid = np.stack(np.meshgrid(low[0] + CELL * (0.5 + np.arange(columns)),
                                 low[1] + CELL * (0.5 + np.arange(rows))), axis=-1)

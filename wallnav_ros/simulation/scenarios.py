@@ -188,7 +188,10 @@ class _Reader:
         free = free_points(walls, field, start, goal)
         if not len(free) or walls.distance(start[None])[0] <= radius:
             self._fail('robot.start', 'lies in or against a wall; move it into free space')
-        if np.abs(free - goal).max(axis=1).min() > CELL or walls.distance(goal[None])[0] <= radius:
+        # Agents stay between the walls; the robot may also go round the outside of them all.
+        reach = np.vstack((free, free_points(walls, field, start, goal, margin=1.0)))
+        missed = np.abs(reach - goal).max(axis=1).min() > CELL
+        if missed or walls.distance(goal[None])[0] <= radius:
             self._fail('robot.goal', 'lies in or against a wall, or walls part it from the start')
         return field, free
 
