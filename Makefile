@@ -81,7 +81,7 @@ test-oldest: $(VENV)/.test-installed
 	else \
 		$(MAKE) --no-print-directory $(OLDEST)/.oldest-installed && \
 		$(OLDEST)/bin/python $(PYTEST) -q -m 'not extras and not linter' \
-			test/world test/mapping test/perception test/policy test/nodes; \
+			test/world test/mapping test/perception test/policy test/navigation test/nodes; \
 	fi
 
 test: lint test-oldest
