@@ -1,0 +1,115 @@
+# Copyright 2026 The wallnav_ros authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Where the robot is: frames, fixes that come early, late or never, and clocks set back."""
+
+import numpy as np
+import pytest
+
+from wallnav_ros.navigation.localisation import Localisation
+
+QUARTER = np.pi / 2.0
+
+
+def drive_along_x(place, until, step=0.1):
+    """Drive at 1 m/s along the odometry's x axis, from time 0 to `until`."""
+    for stamp in np.arange(0.0, until + 1e-9, step):
+        assert place.add_odometry(stamp, np.array([stamp, 0.0, 0.0]), np.array([1.0, 0.0]))
+
+
+def test_without_a_fix_the_state_frame_is_that_of_the_odometry():
+    place = Localisation()
+    drive_along_x(place, 1.0)
+    assert place.state_frame == 'odom'
+    np.testing.assert_allclose(place.pose(0.55), [0.55, 0.0, 0.0])
+    assert place.frame_in_state('map') is None
+
+
+def test_a_fix_places_the_odometry_in_the_map():
+    place = Localisation()
+    drive_along_x(place, 1.0)
+    # At 0.5 s the robot was at x = 0.5; there, the map says it is at (10, 20), facing north.
+    place.add_fix(0.5, np.array([10.0, 20.0, QUARTER]))
+    assert place.state_frame == 'map'
+    np.testing.assert_allclose(place.map_from_odom, [10.0, 19.5, QUARTER], atol=1e-12)
+    np.testing.assert_allclose(place.newest(), [10.0, 20.5, QUARTER], atol=1e-12)
+
+
+def test_a_correction_is_kept_while_the_robot_drives_on():
+    place = Localisation()
+    drive_along_x(place, 1.0)
+    place.add_fix(1.0, np.array([5.0, 0.0, 0.0]))
+    place.add_odometry(1.1, np.array([1.2, 0.3, 0.0]), np.zeros(2))
+    np.testing.assert_allclose(place.newest(), [5.2, 0.3, 0.0], atol=1e-12)
+    assert place.travelled == pytest.approx(np.hypot(0.2, 0.3))
+
+
+def test_a_fix_from_before_the_first_odometry_waits_for_it():
+    place = Localisation()
+    place.add_fix(-600.0, np.array([3.0, 4.0, 0.0]))
+    assert place.state_frame == 'odom'
+    drive_along_x(place, 0.5)
+    np.testing.assert_allclose(place.newest(), [3.5, 4.0, 0.0], atol=1e-12)
+
+
+def test_a_fix_ahead_of_the_odometry_waits_for_it():
+    place = Localisation()
+    drive_along_x(place, 1.0)
+    place.add_fix(2.0, np.array([7.0, 0.0, 0.0]))
+    assert place.state_frame == 'odom'
+    drive_on = np.array([1.8, 0.0, 0.0])
+    place.add_odometry(1.8, drive_on, np.array([1.0, 0.0]))
+    np.testing.assert_allclose(place.map_from_odom, [5.0, 0.0, 0.0], atol=1e-9)
+
+
+def test_a_jump_is_measured_where_the_robot_is():
+    place = Localisation()
+    drive_along_x(place, 1.0)
+    place.add_fix(1.0, np.array([1.0, 0.0, 0.0]))
+    place.add_fix(1.0, np.array([1.0, 0.7, 0.0]))
+    assert place.last_jump == pytest.approx(0.7)
+
+
+def test_a_fixed_odometry_frame_survives_a_clock_set_back():
+    place = Localisation(np.array([2.0, 0.0, 0.0]))
+    drive_along_x(place, 1.0)
+    place.forget()
+    assert place.state_frame == 'map' and place.newest() is None
+    loose = Localisation()
+    drive_along_x(loose, 1.0)
+    loose.add_fix(1.0, np.zeros(3))
+    loose.forget()
+    assert loose.state_frame == 'odom'
+
+
+@pytest.mark.parametrize('frame, expected', [
+    ('map', [0.0, 0.0, 0.0]), ('odom', [1.0, 2.0, 0.0]), ('base_link', [2.0, 2.0, 0.0]),
+    ('mars', None)])
+def test_frames_are_related_to_the_state_frame(frame, expected):
+    place = Localisation(np.array([1.0, 2.0, 0.0]))
+    drive_along_x(place, 1.0)
+    found = place.frame_in_state(frame)
+    assert found is None if expected is None else np.allclose(found, expected)
+
+
+def test_odometry_out_of_order_is_refused_and_changes_nothing():
+    place = Localisation()
+    drive_along_x(place, 1.0)
+    assert not place.add_odometry(0.5, np.array([9.0, 9.0, 0.0]), np.zeros(2))
+    np.testing.assert_allclose(place.newest(), [1.0, 0.0, 0.0])
+
+
+def test_what_is_in_the_state_frame_can_be_brought_into_the_odometrys():
+    place = Localisation(np.array([1.0, 2.0, QUARTER]))
+    np.testing.assert_allclose(place.in_odom(np.array([1.0, 3.0, QUARTER])), [1.0, 0.0, 0.0],
+                               atol=1e-12)

@@ -1,0 +1,73 @@
+# Copyright 2026 The wallnav_ros authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""What neither map nor tracks explain becomes a wall, and nothing else does."""
+
+import numpy as np
+import pytest
+
+from wallnav_ros.navigation.surfaces import add_surfaces, scan_points, unexplained
+from wallnav_ros.perception.scan import Scan
+from wallnav_ros.world.distance_field import DistanceField
+from wallnav_ros.world.state import Agents
+
+
+def wall_at_x(x):
+    """Return the DistanceField of a wall along x = `x` within 10 m of the origin."""
+    nodes = -10.0 + 0.05 * np.arange(401)
+    distance = np.broadcast_to(np.abs(nodes - x), (401, 401)).astype(np.float32)
+    return DistanceField(distance.copy(), np.array([-10.0, -10.0, 0.0]), 0.05)
+
+
+def test_beam_ends_are_placed_by_the_lasers_pose():
+    scan = Scan(0.0, [2.0, np.inf, np.nan, 0.01], 0.0, np.pi / 2.0, 0.05, 10.0)
+    # The laser stands at (1, 1) and looks north: its first beam ends 2 m north of it.
+    np.testing.assert_allclose(scan_points(scan, np.array([1.0, 1.0, np.pi / 2.0])), [[1.0, 3.0]])
+
+
+def test_points_on_a_mapped_wall_or_a_tracked_agent_are_explained():
+    points = np.array([[3.05, 0.0], [0.0, 2.0], [-2.0, -2.0]])
+    person = Agents.of([[0.0, 2.25]], [[0.0, 0.0]], [0.25])
+    np.testing.assert_allclose(unexplained(points, person, wall_at_x(3.0)), [[-2.0, -2.0]])
+
+
+def test_without_map_and_tracks_everything_is_unexplained():
+    points = np.array([[3.0, 0.0]])
+    np.testing.assert_allclose(unexplained(points, Agents.none(), None), points)
+
+
+def test_nothing_unexplained_leaves_the_walls_as_they_are():
+    walls = wall_at_x(3.0)
+    assert add_surfaces(np.empty((0, 2)), walls, np.zeros(2)) is walls
+
+
+def test_distances_are_to_the_nearer_of_wall_and_surface(rng):
+    points = rng.uniform(-4.0, 4.0, (40, 2))
+    field = add_surfaces(points, wall_at_x(3.0), np.zeros(2))
+    probes = rng.uniform(-4.0, 4.0, (200, 2))
+    exact = np.linalg.norm(probes[:, None] - points, axis=2).min(axis=1)
+    exact = np.minimum(exact, np.abs(probes[:, 0] - 3.0))
+    # A point is moved by at most half a cell's diagonal; look-ups between nodes add as much.
+    np.testing.assert_allclose(field.at(probes), exact, atol=0.075)
+
+
+def test_surfaces_far_from_the_robot_do_not_count():
+    field = add_surfaces(np.array([[20.0, 0.0]]), None, np.zeros(2))
+    assert field.at(np.array([0.0, 0.0])) > 10.0
+
+
+@pytest.mark.parametrize('centre', [(0.0, 0.0), (100.0, -50.0)])
+def test_the_field_goes_with_the_robot(centre):
+    point = np.array(centre) + (1.0, 0.0)
+    field = add_surfaces(point[None], None, np.array(centre))
+    assert field.at(np.array(centre)) == pytest.approx(1.0, abs=0.05)
