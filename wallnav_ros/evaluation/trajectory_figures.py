@@ -19,7 +19,6 @@ After Figs. 5 and 6 of the paper; time runs from light to dark.
 
 from io import BytesIO
 
-from matplotlib import colormaps
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
@@ -31,7 +30,8 @@ from wallnav_ros.world.files import atomic_write
 TICK = 2.0             # s between two discs that show where everybody was
 MARGIN = 0.5           # m around everything that is shown
 ROBOT, GOAL, STANDING = '#1650b0', '#1a8f3c', '#8a8a8a'
-WALKER_COLOURS = 'tab10'
+# Matplotlib's tableau colours but blue and grey, which mean the robot and standing people.
+WALKERS = ('#ff7f0e', '#2ca02c', '#d62728', '#9467bd', '#8c564b', '#e377c2', '#bcbd22', '#17becf')
 
 
 def draw_trajectories(path, walls, trajectories, title):
@@ -74,14 +74,13 @@ def _shade(time, end):
 
 def _draw_agents(axes, trajectories, times, moments):
     agents = np.asarray(trajectories['agents']).reshape(len(times), -1, 2)
-    colours = colormaps[WALKER_COLOURS]
     for number, (radius, walks) in enumerate(
             zip(trajectories['agent_radius'], trajectories['agent_walks'])):
         way = agents[:, number]
         if not walks:
             axes.add_patch(Circle(way[-1], radius, facecolor=STANDING, edgecolor='black', lw=0.5))
             continue
-        colour = colours(number % colours.N)
+        colour = WALKERS[number % len(WALKERS)]
         axes.plot(*way.T, color=colour, linewidth=0.8, alpha=0.7)
         for row in moments:
             axes.add_patch(Circle(way[row], radius, facecolor=colour, edgecolor='none',
@@ -108,7 +107,8 @@ def _draw_robot(axes, trajectories, times, moments):
 
 def _frame(axes, walls, trajectories):
     points = [np.asarray(walls).reshape(-1, 2), np.asarray(trajectories['robot'])[:, :2],
-              np.asarray(trajectories['goal'])[None]]
+              np.asarray(trajectories['goal'])[None],
+              np.asarray(trajectories['agents'], dtype=float).reshape(-1, 2)]
     points = np.concatenate([part for part in points if len(part)])
     low, high = points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN
     axes.set_xlim(low[0], high[0])

@@ -55,10 +55,10 @@ class LiveWorld:
     """
     An episode that is advanced a little at a time.
 
-    time: s since it began. pose: (3,) the robot's true pose and velocity: (2,) m/s, rad/s.
-    odometry: (3,) its pose by its wheels, from zero at the start. goal: (2,) m. outcome: index
-    into OUTCOMES; once it is not RUNNING the robot stands. path_length, min_gap_agent,
-    min_gap_wall: m. history: a row (time, pose, agents' positions) per crowd step.
+    time: s since it began, until it ended. pose: (3,) the robot's true pose and velocity: (2,)
+    m/s, rad/s. odometry: (3,) its pose by its wheels, from zero at the start. goal: (2,) m.
+    outcome: index into OUTCOMES; once it is not RUNNING the robot stands. path_length,
+    min_gap_agent, min_gap_wall: m. history: a row (time, pose, agents' positions) per crowd step.
     """
 
     def __init__(self, episode, base, rng):
@@ -73,14 +73,14 @@ class LiveWorld:
         self._errors = rng.normal(0.0, base.drift, 3)
         self._fix_error = rng.normal(size=3)
         self._crowd = Crowd(episode, CROWD_STEP)
-        self._steps = 0
+        self._elapsed, self._steps = 0.0, 0
         self._before = self._after = self._crowd.agents()
         self._record()
 
     def agents(self):
         """Return the Agents as they are now, in the scenario's frame."""
         # Before the first step nobody has moved: before and after are the same crowd.
-        fraction = self.time / CROWD_STEP - (self._steps - 1) if self._steps else 0.0
+        fraction = self._elapsed / CROWD_STEP - (self._steps - 1) if self._steps else 0.0
         motion = self._after.position - self._before.position
         return Agents.of(self._before.position + fraction * motion, motion / CROWD_STEP,
                          self._before.radius)
@@ -95,13 +95,14 @@ class LiveWorld:
 
     def advance(self, command, duration):
         """Drive by `command` (2,), m/s and rad/s, for `duration` seconds (<= CROWD_STEP)."""
-        if self.time + duration > self._steps * CROWD_STEP + 1e-9:
+        if self._elapsed + duration > self._steps * CROWD_STEP + 1e-9:
             self._step_crowd()
         pose, agents = self.pose, self.agents()
-        self.time += duration
+        self._elapsed += duration
         if self.outcome != RUNNING:
-            self.velocity = np.zeros(2)
+            self.velocity = self.measured = np.zeros(2)
             return
+        self.time = self._elapsed
         self._drive(command, duration)
         self._judge(pose, agents)
 
