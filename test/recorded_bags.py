@@ -11,7 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""Bags written for tests: rosbag2 folders with scans, odometry and transforms."""
+"""Bags written for tests: rosbag2 folders with scans, odometry and transforms, or a drive."""
 
 from dataclasses import dataclass, field
 import math
@@ -19,6 +19,11 @@ import math
 import numpy as np
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import get_typestore, Stores
+
+from wallnav_ros.simulation.lidar import Lidar
+from wallnav_ros.world.geometry import compose, drive_unicycle, to_parent
+from wallnav_ros.world.state import Agents
+from wallnav_ros.world.walls import Walls
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 
@@ -110,3 +115,63 @@ class Bag:
                 writer.write(connections[topic], round(bag_time * 1e9),
                              STORE.serialize_cdr(message, message.__msgtype__))
         return path
+
+
+# An L-shaped hall of 12 m x 8 m with a niche and a pillar: no two corners look alike.
+HALL = Walls.from_polylines(
+    [[(0, 0), (12, 0), (12, 3), (9, 3), (9, 4), (12, 4), (12, 8), (7, 8), (7, 5), (0, 5)],
+     [(3, 2), (3.5, 2), (3.5, 2.5), (3, 2.5)]], closed=True)
+# The robot's base in the hall at the start; its odometry starts there at zero.
+START = np.array([1.0, 3.6, 0.0])
+MOUNT = np.array([0.15, 0.05, 0.3])
+FIRST_STAMP = 1000.0
+
+
+@dataclass(frozen=True)
+class Drive:
+    """
+    A simulated drive through the hall past one person who walks.
+
+    bag: `scan` at 10 Hz and `odom` at 20 Hz, received 20 ms after their stamps. stamps: (S,) of
+    the scans; walker: (S, 2) and base: (S, 3), both in the odometry's frame.
+    """
+
+    bag: Bag
+    stamps: np.ndarray
+    walker: np.ndarray
+    base: np.ndarray
+
+
+def simulate_drive(seconds=8.0, with_odometry=True, delay=0.02, mirrored=False):
+    """
+    Return a Drive of 0.5 m/s along a gentle bend, the walker coming the other way at 1 m/s.
+
+    Without odometry the robot stands. delay: s by which the recorder's clock is ahead of the
+    stamps. mirrored: the laser hangs upside down, and the bag's tf says so.
+    """
+    rng, lidar, bag = np.random.default_rng(7), Lidar(noise=0.01), Bag()
+    if mirrored:
+        bag.add(FIRST_STAMP + delay, '/tf_static', transform(
+            'base_link', 'laser', MOUNT[0], MOUNT[1], MOUNT[2], roll=math.pi))
+    speed, turn = (0.5, 0.05) if with_odometry else (0.0, 0.0)
+    stamps, walkers, bases = FIRST_STAMP + np.arange(0.1, seconds, 0.1), [], []
+    for number in range(int(20 * seconds)):
+        if with_odometry:
+            time = number / 20.0
+            bag.add(FIRST_STAMP + time + delay, '/odom', odometry(
+                FIRST_STAMP + time, drive_unicycle(np.zeros(3), speed, turn, time),
+                (speed, 0.0, turn)))
+    for stamp in stamps:
+        base = drive_unicycle(np.zeros(3), speed, turn, stamp - FIRST_STAMP)
+        walker = np.array([8.0 - 1.0 * (stamp - FIRST_STAMP), 0.7])
+        person = Agents.of([to_parent(START, walker)], np.zeros((1, 2)), [0.25])
+        ranges = lidar.scan(compose(START, compose(base, MOUNT)), HALL, person, rng)
+        # Hung upside down, the same beams are swept the other way round.
+        step = -lidar.angle_increment if mirrored else lidar.angle_increment
+        first = -lidar.angle_min if mirrored else lidar.angle_min
+        bag.add(stamp + delay, '/scan', laser_scan(
+            stamp, ranges, angle_min=first, angle_increment=step))
+        walkers.append(walker)
+        bases.append(base)
+    bag.messages.sort(key=lambda message: message[0])
+    return Drive(bag, stamps, np.array(walkers), np.array(bases))

@@ -99,11 +99,13 @@ class _Timed:
 
 
 class _TimedTracker:
+
     def __init__(self, tracker):
         self.update = _Timed(tracker.update)
 
 
 class _TimedLookahead:
+
     def __init__(self, lookahead):
         self.rule, self.decide = lookahead.rule, _Timed(lookahead.decide)
 

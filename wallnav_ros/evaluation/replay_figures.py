@@ -43,9 +43,14 @@ _EVERY, _APART = 10, 1.0
 
 @dataclass(frozen=True)
 class Way:
-    """One track from birth to death: id, whether ever labelled human, (K,) and (K, 2)."""
+    """
+    One track from birth to death.
 
-    id: int
+    number: its id. human: whether it was ever labelled so. stamp: (K,) seconds; position:
+    (K, 2) metres; radius: metres, the mean.
+    """
+
+    number: int
     human: bool
     stamp: np.ndarray
     position: np.ndarray
@@ -90,7 +95,8 @@ def draw_replay(path, title, replay: Replay, survey: Survey, stage: Stage, walls
     place.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect='equal',
               xlabel=f'x in {stage.frame} [m]', ylabel=f'y in {stage.frame} [m]')
     place.set_title(title, loc='left', fontsize=11)
-    place.legend(handles=_legend(walls, truth, stage), loc='best', fontsize=9, framealpha=0.92)
+    place.legend(handles=_legend(walls, truth), fontsize=9, ncol=2, frameon=False,
+                 loc='upper left', bbox_to_anchor=(0.0, -0.05))
     _draw_strips(strips, replay, survey)
     with atomic_write(path, 'wb') as stream:
         figure.savefig(stream, format='png', dpi=100)
@@ -163,13 +169,13 @@ def _draw_people(axes, ways, low, high):
     """Draw the way of each human: a dot where it starts, an arrow and its id where it ends."""
     people = sorted((way for way in ways if way.human), key=lambda way: -way.extent)
     for rank, way in enumerate(people):
-        color = PEOPLE[way.id % len(PEOPLE)]
+        color = PEOPLE[way.number % len(PEOPLE)]
         axes.plot(*way.position.T, color=color, lw=1.8, alpha=0.9, zorder=5,
                   solid_capstyle='round')
         axes.plot(*way.position[0], 'o', color=color, ms=3.5, zorder=5)
         _draw_arrow(axes, way.position, color, 0.012 * (high - low).max())
         if rank < _MOST_LABELS:
-            axes.annotate(str(way.id), way.position[-1], xytext=(5, 4),
+            axes.annotate(str(way.number), way.position[-1], xytext=(5, 4),
                           textcoords='offset points', fontsize=8, zorder=8,
                           color=[0.7 * part for part in to_rgb(color)],
                           bbox={'boxstyle': 'round,pad=0.1', 'fc': 'white', 'ec': 'none',
@@ -206,7 +212,7 @@ def _draw_robot(axes, replay, stage):
     axes.plot(*stage.goal, '*', color='gold', mec='black', ms=17, zorder=7)
 
 
-def _legend(walls, truth, stage):
+def _legend(walls, truth):
     def line(color, **style):
         return Line2D([], [], color=color, **style)
     handles = [
@@ -239,9 +245,12 @@ def _draw_strips(panels, replay, survey):
         axes.set_ylabel(name)
         axes.legend(loc='upper right', fontsize=8)
         axes.tick_params(labelbottom=False)
-    blocked = [stamp - zero for stamp, decision in zip(replay.stamps, replay.decisions)
-               if decision == 'blocked']
-    speed.plot(blocked, np.zeros(len(blocked)), '|', color=PEOPLE[0], ms=9)
+    halted = [stamp - zero for stamp, decision in zip(replay.stamps, replay.decisions)
+              if decision not in ('driving', 'waiting', 'goal_reached')]
+    if halted:
+        speed.plot(halted, np.zeros(len(halted)), 'x', color=PEOPLE[0], ms=6,
+                   label='told to stand')
+        speed.legend(loc='upper right', fontsize=8)
     count = [(tracks.label == HUMAN).sum() for tracks in replay.tracks]
     people.step(stamps - zero, count, where='post', color=PEOPLE[1], lw=1.1)
     people.set(ylabel='people tracked', xlabel='time since the first scan [s]')

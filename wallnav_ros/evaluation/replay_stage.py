@@ -32,6 +32,8 @@ from wallnav_ros.world.walls import Walls
 
 # A map is matched with what was seen near the start, before odometry drifts.
 _MATCHED_WITHIN = 15.0
+# Fewer beams than this in a cell of the survey are noise or somebody passing.
+_STEADY = 3
 # A robot that ends nearer to its start than this went nowhere in particular.
 _SHORTEST_WAY = 1.0
 _GOAL_AHEAD = 5.0
@@ -107,9 +109,10 @@ def _locate(survey, field, initial_pose):
     if initial_pose is not None:
         pose = compose(np.asarray(initial_pose, float), invert(survey.path[0]))
         return pose, {'used': True, 'pose_of_odom': _rounded(pose), 'from': 'initial pose'}
-    near = np.hypot(*(survey.origins - survey.path[0, :2]).T) < _MATCHED_WITHIN
+    used = np.hypot(*(survey.origins - survey.path[0, :2]).T) < _MATCHED_WITHIN
+    used &= survey.hits >= min(_STEADY, len(survey.scan_times))
     try:
-        match = match_scans(survey.points[near], survey.origins[near], field)
+        match = match_scans(survey.points[used], survey.origins[used], field)
     except ValueError as error:
         return None, {'used': False, 'from': str(error), 'score': 0.0, 'score_elsewhere': 0.0}
     found = {'used': match.is_certain, 'pose_of_odom': _rounded(match.pose),

@@ -53,10 +53,15 @@ class ScanMatch:
     rival: float
 
     @property
+    def lead(self):
+        """Return the share of what the rival leaves unexplained that this placement explains."""
+        return (self.score - self.rival) / (1.0 - self.rival) if self.rival < 1.0 else 0.0
+
+    @property
     def is_certain(self):
         """Return whether the map explains the points, and nowhere else nearly as well."""
-        # On real buildings: 0.4 and more at the right place, 0.2 at best in a foreign map.
-        return self.score >= 0.3 and self.score - self.rival >= 0.08
+        # Five real recordings in 40 foreign maps led by 0.07 at most, the right place by 0.26.
+        return self.score >= 0.35 and self.lead >= 0.2
 
 
 def match_scans(points, origins, field: DistanceField) -> ScanMatch:
