@@ -26,6 +26,7 @@ import rclpy
 from rclpy.exceptions import ParameterException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
 
 STOP_SIGNALS = {signal.SIGINT, signal.SIGTERM}
 # What a constructor may raise when it is given something it cannot work with. RuntimeError is
@@ -61,17 +62,16 @@ def run(make_node, args=None):
 def _spin(node):
     executor = SingleThreadedExecutor()
     executor.add_node(node)
-    stop = threading.Event()
+    stop = Future()
 
     def wait_for_signal():
         signal.sigwait(STOP_SIGNALS)
-        stop.set()
-        executor.wake()
+        stop.set_result(None)
 
     threading.Thread(target=wait_for_signal, daemon=True).start()
     try:
-        while not stop.is_set():
-            executor.spin_once()
+        # Not spin_once: a node without a timer would go on waiting for its next message.
+        executor.spin_until_future_complete(stop)
     finally:
         close = getattr(node, 'close', None)
         if close is not None:
