@@ -20,6 +20,7 @@ docs/mapping.md says what a wall is, how far it may be moved and what the figure
 import argparse
 import json
 import math
+from pathlib import Path
 import sys
 
 from matplotlib.collections import LineCollection
@@ -52,7 +53,7 @@ def main(arguments=None):
             with atomic_write(path) as stream:
                 json.dump(document, stream, allow_nan=False)
         if options.plot:
-            figure = draw_walls(occupancy_map, extraction, options.map)
+            figure = draw_walls(occupancy_map, extraction, Path(options.map).name)
             with atomic_write(options.plot, 'wb') as stream:
                 figure.savefig(stream, format='png', dpi=150)
     except MapError as error:
