@@ -16,7 +16,7 @@
 import numpy as np
 import pytest
 
-pytest.importorskip('rosbags')
+rosbags = pytest.importorskip('rosbags')
 
 from wallnav_ros.evaluation.ground_truth import COLUMNS, load_ground_truth  # noqa: E402
 from wallnav_ros.evaluation.recordings import Recording, RecordingError, ScanRecord  # noqa: E402

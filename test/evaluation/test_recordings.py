@@ -18,9 +18,9 @@ import math
 import numpy as np
 import pytest
 
-pytest.importorskip('rosbags')
+rosbags = pytest.importorskip('rosbags')
 
-from recorded_bags import Bag, laser_scan, odometry, transform  # noqa: E402, I100
+from recorded_bags import Bag, laser_scan, odometry, transform  # noqa: E402
 from wallnav_ros.evaluation.recordings import (  # noqa: E402
     OdometryRecord, Recording, RecordingError, ScanRecord)
 
@@ -38,7 +38,8 @@ def small_bag():
     return bag
 
 
-@pytest.mark.parametrize('mcap, zstd', [(False, False), (False, True), (True, False), (True, True)])
+@pytest.mark.parametrize('mcap', [False, True])
+@pytest.mark.parametrize('zstd', [False, True])
 def test_scans_and_odometry_come_in_the_order_they_were_received(tmp_path, mcap, zstd):
     recording = Recording(small_bag().write(tmp_path / 'bag', mcap, zstd))
 

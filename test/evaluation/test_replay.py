@@ -18,9 +18,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-pytest.importorskip('rosbags')
+rosbags = pytest.importorskip('rosbags')
 
-from recorded_bags import (  # noqa: E402, I100
+from recorded_bags import (  # noqa: E402
     Bag, FIRST_STAMP, HALL, laser_scan, MOUNT, odometry, simulate_drive, START, transform)
 from wallnav_ros.evaluation.recordings import Recording, RecordingError  # noqa: E402
 from wallnav_ros.evaluation.replay import replay_recording  # noqa: E402

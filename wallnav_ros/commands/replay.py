@@ -195,7 +195,7 @@ def _title(options, summary):
 def _short(summary):
     """Yield what a reader of the picture must know that it does not show."""
     if summary['odom_topic'] is None:
-        yield 'no odometry: the robot is taken to stand still'
+        yield 'no odometry: the robot is assumed to stand still'
     if summary.get('map'):
         yield ('located in the map by ' + summary['map']['from'] if summary['map']['used']
                else 'map not used: the robot could not be located in it')

@@ -100,8 +100,10 @@ class _Timed:
 
 class _TimedTracker:
 
-    def __init__(self, tracker):
-        self.update = _Timed(tracker.update)
+    def __init__(self, tracker, mount, has_odometry):
+        # Whether a robot without odometry stands is for the scans to tell, as in the node.
+        self.update = _Timed(tracker.update if has_odometry else (
+            lambda scan, pose, **_: tracker.update(scan, mount.pose, odometry=False)))
 
 
 class _TimedLookahead:
@@ -115,9 +117,12 @@ def replay_recording(recording, stage: Stage, tracker: Tracker, lookahead: Looka
     """
     Return the Replay of a Recording on a Stage, with a fresh Tracker.
 
+    Without odometry the robot is taken to be where its frame is, all the time.
     progress: called with 1 for each scan done.
     """
-    tracker, lookahead = _TimedTracker(tracker), _TimedLookahead(lookahead)
+    has_odometry = recording.odom_topic is not None
+    tracker = _TimedTracker(tracker, stage.mount, has_odometry)
+    lookahead = _TimedLookahead(lookahead)
     place = Localisation(stage.map_from_odom)
     navigator = Navigator(lookahead, tracker, stage.settings, place)
     navigator.laser_pose = stage.mount.pose
@@ -132,7 +137,7 @@ def replay_recording(recording, stage: Stage, tracker: Tracker, lookahead: Looka
             navigator.take_odometry(record.stamp, record.pose, record.twist[[0, 2]], now)
             continue
         scan = upright(record.scan, stage.mount)
-        if recording.odom_topic is None:
+        if not has_odometry:
             navigator.take_odometry(scan.stamp, np.zeros(3), np.zeros(2), now)
         if navigator.take_scan(scan, now):
             log.add_scan(record, navigator)

@@ -97,7 +97,8 @@ def _doubts(survey):
     """Return what had to be assumed about the robot."""
     doubts = []
     if survey.odom_frame is None:
-        doubts.append('no odometry in the bag: the robot is assumed to stand still')
+        doubts.append('no odometry in the bag: the robot is assumed to stand still, and '
+                      'positions are relative to it')
     if survey.mount_source == 'unknown':
         doubts.append(f'no tf to {survey.laser_frame} in the bag: the laser is assumed at the '
                       'origin of the robot, facing forward; give --laser-pose X Y YAW')
