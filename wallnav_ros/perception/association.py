@@ -49,8 +49,10 @@ def associate(table, detections, settings):
     cost = _costs(table, detections, settings)
     # Only legs come in twos, and only what moves walks on two.
     walks = np.flatnonzero(table.motion > 0.0)
+    strides = np.hypot(*table.velocity[walks].T) > settings.walking_speed * 2.0
     again = cost[walks] + settings.second_leg_cost
-    again[:, ~detections.leg | (detections.still > 0.5)] = _NEVER
+    again += settings.mismatch_cost * strides[:, None] * detections.still
+    again[:, ~detections.leg] = _NEVER
     rows, columns = linear_sum_assignment(np.vstack((cost, again)))
     good = np.vstack((cost, again))[rows, columns] < _NEVER
     rows, columns = rows[good], columns[good]
@@ -73,7 +75,7 @@ def _costs(table, detections, settings):
     variance = (table.covariance[:, 0] + spread)[:, None] + detections.noise[None] ** 2
     distance = squared / variance
     cost = distance + np.log(variance / settings.body_noise ** 2)
-    moving = (table.human & (np.hypot(*table.velocity.T) > settings.walking_speed))[:, None]
+    moving = (table.human & (np.hypot(*table.velocity.T) > 2.0 * settings.walking_speed))[:, None]
     standing = (table.motion < 0.0)[:, None]
     cost += settings.mismatch_cost * (moving * detections.still + standing * detections.fresh)
     ratio = np.log((table.radius[:, None] + 0.05) / (detections.radius[None] + 0.05))

@@ -22,12 +22,13 @@ Burgard and Fox 2005, section 4.2).
 import numpy as np
 
 
-def weigh_motion(table, rows, still, fresh, apart, vacated, elapsed, settings):
+def weigh_motion(table, rows, still, fresh, apart, vacated, gait, elapsed, settings):
     """
     Add the evidence of one scan to `motion` of the updated `rows` (K,).
 
     still, fresh: (K,) shares of the beams on known surfaces and on known free space.
     apart: (K,) bool, nothing large is near. vacated: (K,) bool, the place on the trail was seen free in this scan.
+    gait: (K,) bool, a leg that moves against another.
     elapsed: seconds the evidence stands for.
     """
     gone = np.linalg.norm(table.position[rows] - table.trail[rows, -1], axis=1)
@@ -35,14 +36,42 @@ def weigh_motion(table, rows, still, fresh, apart, vacated, elapsed, settings):
     speed = np.linalg.norm(table.velocity[rows], axis=1)
     moved = ((gone > settings.walking_distance) & (gone > 3.0 * doubt)
              & (speed > settings.walking_speed))
-    earned = table.human[rows] & (table.reach[rows] > settings.earned_distance)
+    earned = table.human[rows] & (table.proof[rows] > settings.earned_proof)
     rate = (settings.fresh_rate * np.where((fresh > still) & (gone > 2.0 * doubt), fresh, 0.0)
             + settings.vacated_rate * (vacated & moved)
             + settings.moved_rate * (moved & apart & (still < 0.3))
-            - settings.still_rate * still * ~moved * ~earned)
+            + settings.gait_rate * gait
+            - settings.still_rate * still * ~moved * ~earned * ~gait)
     rate = np.where(table.radius[rows] < settings.thin_radius, np.minimum(rate, 0.0), rate)
     limit = settings.motion_limit
+    table.proof[rows] += np.maximum(rate, 0.0) * elapsed
     table.motion[rows] = np.clip(table.motion[rows] + rate * elapsed, -limit, limit)
+
+
+def find_gait(table, settings):
+    """
+    Return (N,) bool: leg-sized tracks that swing against another one within a stride.
+
+    How one leg lies to the other changes with every step, and does so whatever is wrong with
+    the robot's own motion; the legs of a chair keep their distance.
+    """
+    legs = ((table.radius < settings.leg_width / 2.0) & (table.radius > settings.thin_radius)
+            & (table.apart > 0.9) & (table.hits > 0.4))
+    gap = np.linalg.norm(table.position[:, None] - table.position[None], axis=2)
+    # Two legs have no third beside them; chairs and shelves do.
+    legs = np.flatnonzero(
+        legs & (((gap < settings.stride) & (table.hits > 0.4)).sum(axis=1) == 2))
+    walking = np.zeros(len(table), dtype=bool)
+    if len(legs) < 2:
+        return walking
+    offset = table.position[legs, None] - table.position[None, legs]
+    past = table.trail[legs, None] - table.trail[None, legs]
+    swing = np.linalg.norm(offset[:, :, None] - past, axis=-1).max(axis=-1)
+    reach = np.maximum(np.hypot(*np.moveaxis(offset, -1, 0)), np.linalg.norm(past, axis=-1).max(-1))
+    pair = (reach < settings.stride) & (swing > settings.swing)
+    np.fill_diagonal(pair, False)
+    walking[legs] = pair.any(axis=1)
+    return walking
 
 
 def settle_labels(table, barred, settings):
@@ -51,7 +80,7 @@ def settle_labels(table, barred, settings):
 
     barred: (N,) bool, tracks that must not become human now.
     """
-    walked = table.reach > settings.walking_distance
-    certain = (table.motion > settings.human_odds) & walked & (table.score >= 1.0)
+    certain = (table.motion > settings.human_odds) & (table.score >= 1.0)
+    certain &= table.reach > settings.swing
     table.human |= certain & ~barred
     table.human &= table.motion > -settings.human_odds

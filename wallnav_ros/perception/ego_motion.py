@@ -170,7 +170,8 @@ class _Reference:
         share = len(good) / len(points)
         # Half-metre cells with a surface in them: a person alone fills two or three.
         cells, held = np.unique(np.floor(2.0 * placed[good]), axis=0, return_counts=True)
-        if (held > 2).sum() < 5 or share < self.settings.match_share:
+        few = len(good) < 50 or (held > 2).sum() < 5
+        if few or share < self.settings.match_share:
             return None, share
         pose[2] = wrap_angle(pose[2])
         return pose, share

@@ -134,8 +134,12 @@ class TrackerSettings:
     """m/s; slower drift is explained by the changing view of a thing that stands still."""
     walking_distance: float = 0.25
     """m; what a thing must have covered to count as moving by itself."""
-    earned_distance: float = 1.0
-    """m walked, after which one who stands keeps the label."""
+    earned_proof: float = 6.0
+    """log-odds gathered, after which one who stands keeps the label: a second of walking."""
+    swing: float = 0.12
+    """m a leg moves against the other within a second; a slow step is twice that."""
+    gait_rate: float = 5.0
+    """log-odds a second while two legs move against each other."""
     thin_radius: float = 0.035
     """m; thinner than any leg: chair legs, poles, cables."""
     fresh_rate: float = 6.0

@@ -20,7 +20,7 @@ Constant-velocity Kalman filters with optimal assignment (Bar-Shalom and Li 1995
 import numpy as np
 
 from wallnav_ros.perception.association import associate
-from wallnav_ros.perception.classification import settle_labels, weigh_motion
+from wallnav_ros.perception.classification import find_gait, settle_labels, weigh_motion
 from wallnav_ros.perception.detection import detect, judge_points, place_beams
 from wallnav_ros.perception.ego_motion import EgoMotion
 from wallnav_ros.perception.own_body import OwnBody
@@ -149,10 +149,13 @@ class Tracker:
         shares = [(kind[one] * seen.count[one] + both * kind[two] * seen.count[two]) / weight
                   for kind in (seen.still, seen.fresh)]
         apart = seen.apart[one] & seen.apart[two]
+        table.apart[rows] += share * (apart - table.apart[rows])
+        table.hits += share * ((match.first >= 0) - table.hits)
         # From a moving laser, the side that is seen changes: that alone is no motion.
         apart &= np.hypot(*self._motion.rate[:2]) + abs(self._motion.rate[2]) < 0.05
         vacated = look_up([view], scan, table.trail[rows, 3], 0.15, 0.2, 0.0)[0][0]
-        weigh_motion(table, rows, *shares, apart, vacated, elapsed, settings)
+        gait = find_gait(table, settings)[rows]
+        weigh_motion(table, rows, *shares, apart, vacated, gait, elapsed, settings)
         settle_labels(table, self._crowded(), settings)
 
     def _miss(self, match, scan, view, elapsed):
