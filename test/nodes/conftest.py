@@ -64,7 +64,7 @@ def straight_weights(tmp_path_factory):
     metadata = {
         'format': FORMAT, 'network': {'kind': 'three_mlp', 'sizes': sizes},
         'features': features.describe(), 'actions': {'max_turn_rate': 1.8}, 'reward': 'R4',
-        'decision': {'horizons': [2, 4]}, 'time_step': 0.25, 'discount': 0.9, 'training': {}}
+        'decision': {'horizons': [2, 4], 'caution': 0.0}, 'time_step': 0.25, 'discount': 0.9, 'training': {}}
     path = tmp_path_factory.mktemp('models') / 'straight.npz'
     ValueFunction(metadata, tensors).save(path)
     return path

@@ -194,6 +194,19 @@ def test_a_collision_later_on_costs_but_does_not_exclude():
     assert scores[0, 1] == pytest.approx(-0.025 - 0.5 * 0.9 ** 0.2)
 
 
+def test_brushing_past_a_walking_agent_costs_and_past_a_standing_one_does_not():
+    # Side by side, 0.1 m apart and equally fast: the gap stays 0.1 m while driving straight on.
+    walking = Agents.of([[0.0, 0.5]], [[0.8, 0.0]], [0.2])
+    standing = Agents.of([[0.2, 0.5]], [[0.0, 0.0]], [0.2])
+
+    def straight_on(agents, caution):
+        return Lookahead(nothing, FOUR, Rule(caution=caution)).decide(observe(agents)).scores[1]
+
+    # A caution of 0.25 s asks for 0.2 m at 0.8 m/s: half of it is missing.
+    assert straight_on(walking, 0.0) - straight_on(walking, 0.25) == pytest.approx(0.5)
+    assert straight_on(standing, 0.0) == straight_on(standing, 0.25)
+
+
 def test_standing_still_for_someone_who_comes_nearer_is_paid():
     agents = Agents.of([[1.5, 0.5]], [[-0.5, 0.0]], [0.3])
 
@@ -263,11 +276,11 @@ def test_with_nothing_in_the_way_the_robot_turns_towards_its_goal(bearing, turn_
 
 def test_the_rule_comes_with_the_weights_unless_overridden():
     class Weights:
-        metadata = {'decision': {'horizons': [2, 4]}, 'time_step': 0.2, 'discount': 0.95,
-                    'reward': 'R2', 'actions': {'max_turn_rate': 1.0}}
+        metadata = {'decision': {'horizons': [2, 4], 'caution': 0.1}, 'time_step': 0.2,
+                    'discount': 0.95, 'reward': 'R2', 'actions': {'max_turn_rate': 1.0}}
 
     lookahead = Lookahead.from_weights(Weights())
 
-    assert lookahead.rule == Rule((2, 4), 0.2, 0.95, 'R2')
+    assert lookahead.rule == Rule((2, 4), 0.2, 0.95, 'R2', 0.1)
     assert np.abs(lookahead.actions.turn_rate).max() == 1.0
     assert Lookahead.from_weights(Weights(), [1]).rule.horizons == (1,)

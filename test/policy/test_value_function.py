@@ -35,7 +35,7 @@ SIZES = {'mlp1': [12, 10], 'mlp2': [9, 7], 'attention': [8, 1], 'mlp3': [11, 6, 
 def metadata_of(**changes):
     return {'format': FORMAT, 'network': {'kind': 'three_mlp', 'sizes': SIZES},
             'features': feature_set.describe(), 'actions': {'max_turn_rate': 1.8},
-            'reward': 'R4', 'decision': {'horizons': [1]}, 'time_step': 0.25, 'discount': 0.9,
+            'reward': 'R4', 'decision': {'horizons': [1], 'caution': 0.0}, 'time_step': 0.25, 'discount': 0.9,
             'training': {}, **changes}
 
 

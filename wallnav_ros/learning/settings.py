@@ -57,6 +57,8 @@ class TrainSettings:
     # Steps ahead at which training decides and the shipped policy decides.
     horizons: tuple = (3,)
     decision_horizons: tuple = (2, 4, 6)
+    # Seconds: how widely the policy passes walking agents, per m/s of their speed.
+    caution: float = 0.15
     # lambda of the returns: 1 pays what really happened, 0 what the network expects.
     trace: float = 0.9
     network: dict = field(default_factory=lambda: dict(SIZES))
@@ -142,6 +144,7 @@ def _expectations(settings):
     for key in ('parallel', 'updates', 'batch_size', 'memory', 'evaluate_every',
                 'evaluation_episodes', 'imitation_updates', 'episodes'):
         yield key, getattr(settings, key) >= 1, 'a whole number above 0'
+    yield 'caution', 0.0 <= settings.caution < math.inf, 'a number, 0 or more'
     for key in ('seed', 'imitation_episodes', 'epsilon_episodes', 'evaluation_seed'):
         yield key, getattr(settings, key) >= 0, 'a whole number, 0 or more'
     for key in ('own_robot', 'discount', 'trace', 'epsilon_start', 'epsilon_end',

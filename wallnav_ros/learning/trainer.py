@@ -91,7 +91,7 @@ class Trainer:
         for start in tqdm(range(0, settings.imitation_episodes, settings.parallel),
                           'imitation', unit='batch'):
             count = min(settings.parallel, settings.imitation_episodes - start)
-            states, returns, _ = gather(self._draw(count), actor, self._rule(), trace=1.0)
+            states, returns, _ = gather(self._draw(count), actor, self._rule((1,)), trace=1.0)
             self.memory.add(states, returns)
         self._update(settings.imitation_updates)
         self.target.load_state_dict(self.network.state_dict())
@@ -106,10 +106,11 @@ class Trainer:
             began = time.monotonic()
             before = self.counts['episodes']
             count = min(settings.parallel, settings.episodes - before)
-            lookahead = Lookahead(NetworkValue(self.target), self.actions, self._rule())
+            # One horizon a round: the values then hold for every look the policy averages.
+            rule = self._rule((int(self.rng.choice(settings.horizons)),))
+            lookahead = Lookahead(NetworkValue(self.target), self.actions, rule)
             explorer = Explorer(lookahead, self._epsilon(), self.rng)
-            states, returns, outcomes = gather(self._draw(count), explorer, self._rule(),
-                                               settings.trace)
+            states, returns, outcomes = gather(self._draw(count), explorer, rule, settings.trace)
             self.memory.add(states, returns)
             loss = self._update(settings.updates)
             self.counts['episodes'] += count
@@ -128,8 +129,7 @@ class Trainer:
     def evaluate(self):
         """Measure every cell greedily; export the weights, and keep those best at their worst."""
         settings = self.settings
-        rule = Rule(tuple(settings.decision_horizons), settings.time_step, settings.discount,
-                    settings.reward)
+        rule = self._rule(settings.decision_horizons)
         policy = GreedyPolicy(Lookahead(NetworkValue(self.target), self.actions, rule))
         cells = {}
         for scenario in self.scenarios:
@@ -203,10 +203,10 @@ class Trainer:
                 'learning_rate, or resume from the checkpoint with another seed')
         return mean
 
-    def _rule(self):
+    def _rule(self, horizons):
         settings = self.settings
-        return Rule(tuple(settings.horizons), settings.time_step, settings.discount,
-                    settings.reward)
+        return Rule(tuple(horizons), settings.time_step, settings.discount, settings.reward,
+                    settings.caution)
 
     def _epsilon(self):
         settings = self.settings

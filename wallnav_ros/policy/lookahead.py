@@ -28,6 +28,7 @@ from wallnav_ros.world.geometry import closest_approach, drive_unicycle
 from wallnav_ros.world.state import Agents, Robot
 
 GOAL_TOLERANCE = 0.2      # m, distance at which the goal counts as reached
+CAUTION_COST = 1.0        # per step, of brushing past a walking agent
 
 
 @dataclass(frozen=True)
@@ -36,6 +37,8 @@ class Rule:
     How far an action is followed before the value network is asked.
 
     horizons: steps; the scores of several horizons are averaged. (1,) is the paper's rule.
+    caution: s; passing a walking agent closer than this times its speed costs up to
+    CAUTION_COST a step, since it may turn before then. 0 is the paper's rule.
     time_step: s; discount: gamma of the paper; reward: R1 to R4.
     """
 
@@ -43,6 +46,7 @@ class Rule:
     time_step: float = 0.25
     discount: float = 0.9
     reward: str = 'R4'
+    caution: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -96,7 +100,7 @@ class Lookahead:
         """Return the Lookahead that weights were trained for; `horizons` overrides its rule."""
         about = value_function.metadata
         rule = Rule(tuple(horizons or about['decision']['horizons']), about['time_step'],
-                    about['discount'], about['reward'])
+                    about['discount'], about['reward'], about['decision']['caution'])
         return cls(value_function, make_actions(**about['actions']), rule)
 
     def decide(self, observation):
@@ -146,37 +150,46 @@ class Lookahead:
         before = np.concatenate(
             (np.broadcast_to(robot.position[:, None, None], position[:, :, :1].shape),
              position[:, :, :-1]), axis=2)
-        collided, facts = self._facts(robot, agents, walls, before, position, speed)
-        rewards = total(reward_terms(rule.reward, facts))
+        gaps = self._agent_gaps(robot, agents, before, position)
+        collided, facts = self._facts(robot, agents, walls, before, position, speed, gaps)
+        rewards = total(reward_terms(rule.reward, facts)) - self._brushes(agents, gaps)
         over = np.logical_or.accumulate(facts.reached | collided, axis=-1)
         rewards[..., 1:][over[..., :-1]] = 0.0
         poses = np.concatenate((position, np.broadcast_to(
             first[:, :, None, 2:], position.shape[:-1] + (1,))), axis=-1)
         return Rollout(poses, rewards, over, collided[..., 0])
 
-    def _facts(self, robot, agents, walls, before, after, speed):
-        """Return collisions (B, A, H) and the StepFacts of moving from `before` to `after`."""
+    def _agent_gaps(self, robot, agents, before, after):
+        """Return the least gap (B, A, H, N) to each agent on every step; inf for padding."""
         dt = self.rule.time_step
-        radius = robot.radius[:, None, None]
-        motion = after - before
+        when = np.arange(after.shape[2])[:, None, None] * dt
+        there = agents.position[:, None] + when * agents.velocity[:, None]
+        approach = closest_approach(
+            before[..., None, :] - there[:, None],
+            (after - before)[..., None, :] - dt * agents.velocity[:, None, None])
+        reach = robot.radius[:, None] + agents.radius
+        return np.where(agents.present[:, None, None], approach - reach[:, None, None], np.inf)
+
+    def _brushes(self, agents, gaps):
+        """Return the cost (B, A, H) of passing walking agents too closely."""
+        speed = np.linalg.norm(agents.velocity, axis=-1)
+        margin = (self.rule.caution * speed)[:, None, None]
+        lack = np.clip((margin - gaps) / np.maximum(margin, 1e-9), 0.0, 1.0)
+        return CAUTION_COST * np.where(margin > 0.0, lack, 0.0).max(axis=-1, initial=0.0)
+
+    def _facts(self, robot, agents, walls, before, after, speed, gaps):
+        """Return collisions (B, A, H) and the StepFacts of moving from `before` to `after`."""
         distance = np.linalg.norm(robot.goal[:, None, None] - after, axis=-1)
         came_from = np.linalg.norm(robot.goal[:, None, None] - before, axis=-1)
-        agent_gap = np.full(distance.shape, np.inf)
-        if agents.radius.shape[-1]:
-            when = np.arange(after.shape[2])[:, None, None] * dt
-            there = agents.position[:, None] + when * agents.velocity[:, None]
-            approach = closest_approach(
-                before[..., None, :] - there[:, None],
-                motion[..., None, :] - dt * agents.velocity[:, None, None])
-            gap = approach - radius[..., None] - agents.radius[:, None, None]
-            agent_gap = np.where(agents.present[:, None, None], gap, np.inf).min(axis=-1)
+        agent_gap = gaps.min(axis=-1, initial=np.inf)
         # The wall is felt half way too: a step is longer than a thin wall is thick.
-        wall_gap = np.minimum(walls.at(after), walls.at(0.5 * (before + after))) - radius
+        wall_gap = (np.minimum(walls.at(after), walls.at(0.5 * (before + after)))
+                    - robot.radius[:, None, None])
         passing = someone_passing(robot, agents)[:, None] & (speed == 0.0)
         collided = (agent_gap <= 0.0) | (wall_gap <= 0.0)
         return collided, StepFacts(
             reached=(distance < GOAL_TOLERANCE) & ~collided, agent_gap=agent_gap,
-            progress=came_from - distance, moved=np.linalg.norm(motion, axis=-1),
+            progress=came_from - distance, moved=np.linalg.norm(after - before, axis=-1),
             yielding=passing[..., None], wall_gap=wall_gap)
 
     def _leaves(self, robot, agents, walls, rollout, horizon, state, action):

@@ -201,6 +201,8 @@ def _expectations(metadata):
         metadata['actions']['max_turn_rate']), 'a max_turn_rate above 0'
     yield 'decision.horizons', _widths(metadata['decision'].get('horizons'), 1, None), (
         'a list of steps, each 1 or more')
+    caution = metadata['decision'].get('caution')
+    yield 'decision.caution', caution == 0 or _positive(caution), 'seconds, 0 or more'
     yield 'time_step', _positive(metadata['time_step']), 'seconds above 0'
     yield 'discount', _positive(metadata['discount']) and metadata['discount'] <= 1, (
         'a number above 0, at most 1')
