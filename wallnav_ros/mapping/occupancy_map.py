@@ -38,6 +38,7 @@ WALL_FROM = 65
 _UNEXPLORED_GREYS = (204, 205, 206)
 _MOST_YAML_BYTES = 100_000
 _MOST_IMAGE_BYTES = 400_000_000
+_MOST_COLLECTIONS = 100
 
 
 class MapError(ValueError):
@@ -187,9 +188,7 @@ def _read_yaml(path):
     """Return the mapping in the YAML at `path`."""
     text = _read_file(path, 'file', path, 'give the path of a map YAML', _MOST_YAML_BYTES)
     try:
-        # A map needs no aliases, and nested ones can grow a small file beyond all memory.
-        if any(isinstance(token, yaml.AliasToken) for token in yaml.scan(text, yaml.SafeLoader)):
-            raise MapError(path, 'file', 'YAML aliases (*name) are not supported; write it out')
+        _refuse_bombs(path, text)
         node = yaml.compose(text, yaml.SafeLoader)
         fields = yaml.safe_load(text)
     except MapError:
@@ -205,6 +204,19 @@ def _read_yaml(path):
         if times > 1:
             raise MapError(path, key, 'given more than once; keep one of the lines')
     return fields
+
+
+def _refuse_bombs(path, text):
+    """Raise MapError for YAML that could take a loader ages or all memory; no map needs it."""
+    opened = 0
+    for token in yaml.scan(text, yaml.SafeLoader):
+        if isinstance(token, yaml.AliasToken):
+            raise MapError(path, 'file', 'YAML aliases (*name) are not supported; write it out')
+        opened += isinstance(token, (yaml.FlowSequenceStartToken, yaml.FlowMappingStartToken,
+                                     yaml.BlockSequenceStartToken, yaml.BlockMappingStartToken))
+        if opened > _MOST_COLLECTIONS:
+            raise MapError(path, 'file', f'more than {_MOST_COLLECTIONS} lists and mappings; give '
+                           'the path of a map YAML')
 
 
 def _read_file(path, field, target, fix, most):
