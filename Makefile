@@ -35,6 +35,9 @@ endif
 export PYTHON
 # Plugins of a sourced ROS 2 (launch_testing) do not run under every pytest; the suite needs none.
 export PYTEST_DISABLE_PLUGIN_AUTOLOAD = 1
+# Matrices are small: BLAS threads only wait for each other where cores are shared.
+export OMP_NUM_THREADS = 1
+export OPENBLAS_NUM_THREADS = 1
 
 .PHONY: help setup check demo test test-oldest lint clean
 .NOTPARALLEL:
