@@ -20,9 +20,8 @@ Paper section 6.
 from dataclasses import fields
 
 import pytest
-import yaml
-
 from wallnav_ros.learning.settings import load_settings, SettingsError, TrainSettings
+import yaml
 
 pytestmark = pytest.mark.extras
 

@@ -153,6 +153,7 @@ def test_a_resumed_run_ends_as_if_never_interrupted(finished, tmp_path, monkeypa
     monkeypatch.setattr(trainer_module, 'CHECKPOINT_SECONDS', 0.0)
 
     class Killed(trainer_module.Trainer):
+
         def _draw(self, count):
             if self.counts['episodes'] >= stop:
                 raise KeyboardInterrupt
@@ -239,8 +240,8 @@ def test_a_loss_that_is_no_number_stops_the_run_with_advice(tmp_path, tiny):
     with torch.no_grad():
         trainer.network.mlp3[0].weight.fill_(float('nan'))
 
-    with pytest.raises(trainer_module.TrainingDiverged,
-                       match='the loss became nan after 0 episodes: lower learning_rate') as caught:
+    advice = 'the loss became nan after 0 episodes: lower learning_rate'
+    with pytest.raises(trainer_module.TrainingDiverged, match=advice) as caught:
         trainer.run()
 
     assert '\n' not in str(caught.value)

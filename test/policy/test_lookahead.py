@@ -72,7 +72,9 @@ def test_one_step_is_reward_plus_discounted_value():
 
 
 def test_the_path_is_where_the_action_is_predicted_to_lead():
-    decision = Lookahead(nearness, FOUR, Rule((2,))).decide(observe(pose=np.array([1.0, 0.0, 0.0])))
+    lookahead = Lookahead(nearness, FOUR, Rule((2,)))
+
+    decision = lookahead.decide(observe(pose=np.array([1.0, 0.0, 0.0])))
 
     assert decision.path == pytest.approx(np.array([[1.0, 0.0, 0.0], [1.2, 0.0, 0.0],
                                                     [1.4, 0.0, 0.0]]))

@@ -24,7 +24,7 @@ import numpy as np
 import pytest
 
 from wallnav_ros.policy.rewards import (
-    Gains, REWARDS, reward_terms, someone_passing, StepFacts, total, warning_radius)
+    Gains, reward_terms, REWARDS, someone_passing, StepFacts, total, warning_radius)
 from wallnav_ros.world.state import Agents, Robot
 
 # A quiet step: 0.2 m straight towards the goal, nobody near, the wall a metre away.

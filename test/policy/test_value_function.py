@@ -35,8 +35,8 @@ SIZES = {'mlp1': [12, 10], 'mlp2': [9, 7], 'attention': [8, 1], 'mlp3': [11, 6, 
 def metadata_of(**changes):
     return {'format': FORMAT, 'network': {'kind': 'three_mlp', 'sizes': SIZES},
             'features': feature_set.describe(), 'actions': {'max_turn_rate': 1.8},
-            'reward': 'R4', 'decision': {'horizons': [1], 'caution': 0.0}, 'time_step': 0.25, 'discount': 0.9,
-            'training': {}, **changes}
+            'reward': 'R4', 'decision': {'horizons': [1], 'caution': 0.0}, 'time_step': 0.25,
+            'discount': 0.9, 'training': {}, **changes}
 
 
 @pytest.fixture
@@ -257,6 +257,7 @@ def test_a_diverged_tensor_is_refused(path, value_function, rubbish):
 
 def test_a_pickled_tensor_is_refused_and_not_run(tmp_path):
     class Trap:
+
         def __reduce__(self):
             return open, (str(tmp_path / 'sprung'), 'w')
     path = tmp_path / 'trap.npz'

@@ -13,6 +13,8 @@
 # limitations under the License.
 """
 Where agents may stand: the cells that can be reached from the robot's start.
+
+Worked on two rooms with a partition between them.
 """
 
 import numpy as np

@@ -130,6 +130,7 @@ def test_the_greedy_policy_takes_the_best_action_of_its_lookahead():
 
 def test_a_greedy_policy_with_every_way_blocked_stops():
     class Blocked(Lookahead):
+
         def evaluate(self, robot, agents, walls):
             scores, rollout = super().evaluate(robot, agents, walls)
             rollout.collided[:] = True

@@ -107,8 +107,8 @@ def _whole(least):
 
 def _map_of(scenario, out):
     """Return the path of a map of the scenario's walls, drawn where none is shipped."""
-    if scenario.map is not None:
-        return scenario.map
+    if scenario.map_path is not None:
+        return scenario.map_path
     try:
         return find_asset('maps', scenario.name, '.yaml')
     except FileNotFoundError:

@@ -21,10 +21,9 @@ from dataclasses import dataclass, field, fields
 import math
 import reprlib
 
-import yaml
-
 from wallnav_ros.learning.networks import SIZES
 from wallnav_ros.policy.rewards import REWARDS
+import yaml
 
 
 WORDS = {int: 'a whole number', float: 'a number', str: 'text', tuple: 'a list',

@@ -38,7 +38,7 @@ class ActionSet:
     turn_rate: np.ndarray
 
     def commands(self, preferred_speed):
-        """Return commands (..., A, 2), m/s and rad/s, for `preferred_speed` (...) in m/s."""
+        """Return (..., A, 2) m/s and rad/s for robots of `preferred_speed` (...) m/s."""
         speed = np.asarray(preferred_speed, dtype=float)[..., None] * self.speed
         return np.stack(np.broadcast_arrays(speed, self.turn_rate), axis=-1)
 

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wallnav_ros.policy import features
-from wallnav_ros.policy.actions import STOP, make_actions
+from wallnav_ros.policy.actions import make_actions, STOP
 from wallnav_ros.policy.rewards import reward_terms, someone_passing, StepFacts, total
 from wallnav_ros.world.geometry import closest_approach, drive_unicycle
 from wallnav_ros.world.state import Agents, Robot

@@ -70,7 +70,7 @@ class Crowd:
         self.velocity = np.zeros_like(self.position)
 
     def agents(self):
-        """Return the agents (N,) as they are now."""
+        """Return all (N,) as they are now."""
         return Agents.of(self.position.copy(), self.velocity.copy(), self.episode.radius)
 
     def step(self, robot_position=None, robot_velocity=None):

@@ -23,8 +23,6 @@ from pathlib import Path
 import reprlib
 
 import numpy as np
-import yaml
-
 from wallnav_ros.mapping.distance_field import distance_field
 from wallnav_ros.mapping.occupancy_map import load_map, MapError
 from wallnav_ros.mapping.wall_extraction import extract_walls
@@ -33,6 +31,7 @@ from wallnav_ros.world.distance_field import DistanceField
 from wallnav_ros.world.files import find_asset
 from wallnav_ros.world.geometry import nearest_on_segments
 from wallnav_ros.world.walls import Walls
+import yaml
 
 PATTERNS = ('walk_to_goal', 'walk_back_and_forth', 'either')
 GOALS = ('visible', 'anywhere')
@@ -53,7 +52,7 @@ class Scenario:
 
     name: short name; path: the file it came from.
     polygons: tuple of (K, 2) closed walls in metres, empty when the walls come from a map.
-    map: path of the map's YAML, or None.
+    map_path: path of the map's YAML, or None.
     walls, field: the walls as segments and as distances, in the `map` frame.
     start: (3,) robot pose; goal: (2,); radius, preferred_speed: robot; visible: to the crowd.
     time_limit: seconds.
@@ -65,7 +64,7 @@ class Scenario:
     name: str
     path: Path
     polygons: tuple
-    map: Path
+    map_path: Path
     walls: Walls
     field: DistanceField
     start: np.ndarray
@@ -148,8 +147,8 @@ class _Reader:
         field, free = self._space(walls, start[:2], goal, radius)
         agents = self._agents()
         return Scenario(
-            name=name, path=self.path, polygons=polygons, map=map_path, walls=walls, field=field,
-            start=start, goal=goal, radius=radius,
+            name=name, path=self.path, polygons=polygons, map_path=map_path, walls=walls,
+            field=field, start=start, goal=goal, radius=radius,
             preferred_speed=self._positive('robot.preferred_speed', robot['preferred_speed']),
             visible=robot['visible'],
             time_limit=self._positive('time_limit', self.document.get('time_limit', 45.0)),

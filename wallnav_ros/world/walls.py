@@ -58,7 +58,7 @@ class Walls:
         return len(self.segments)
 
     def distance(self, points):
-        """Return the distance (P,) in metres of each of `points` (P, 2) to the nearest wall."""
+        """Return how far (P,) in metres `points` (P, 2) are from the nearest wall."""
         points = np.asarray(points, dtype=float)
         if not len(self):
             return np.full(len(points), np.inf)
