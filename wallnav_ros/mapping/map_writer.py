@@ -36,8 +36,8 @@ def write_map(yaml_path, solids, lines=(), bounds=None, resolution=0.05):
     Write a map of `solids` and `lines`, and an image of the same name beside it.
 
     solids: closed polygons, each (K, 2) metres, K >= 3; a cell whose centre lies in one is
-        occupied, so an edge is at most 0.71 cells from where it should be. Parts thinner than
-        a cell are drawn like `lines` rather than lost.
+        occupied, so an edge is at most 0.71 cells from where it should be, a sharp tip one.
+        Parts thinner than a cell are drawn like `lines` rather than lost.
     lines: thin walls, each (K, 2) metres, K >= 2, one cell wide.
     bounds: (x_min, y_min, x_max, y_max) of the map; else all of it and two free cells around.
 
