@@ -59,15 +59,17 @@ def main(arguments=None):
     except (OSError, ValueError) as error:
         print(f'drive: {error}', file=sys.stderr)
         return 2
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
+    # Noted, not raised: an exception in the midst of a fork is swallowed by Python.
+    asked = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda received, _: asked.append(received))
     try:
-        runs = [_run(options, scenario, map_path, options.seed + number, _name(options, number))
-                for number in range(options.runs)]
+        runs = [_run(options, scenario, map_path, number, asked) for number in range(options.runs)]
     except ProcessEnded as error:
         print(f'drive: {error}', file=sys.stderr)
         return 1
-    except KeyboardInterrupt:
-        return 128 + signal.SIGINT
+    except _Asked:
+        return 128 + asked[0]
     _write_summary(options, runs)
     return 0 if all(run['outcome'] == 'goal' for run in runs) else 1
 
@@ -117,16 +119,17 @@ def _map_of(scenario, out):
         return path
 
 
-def _name(options, number):
-    return options.name or f'run_{number:03d}'
+class _Asked(Exception):
+    """The command was asked to end by a signal."""
 
 
-def _run(options, scenario, map_path, seed, name):
-    """Drive one crowd to its end; returns its entry of the summary."""
-    out = Path(options.out)
+def _run(options, scenario, map_path, number, asked):
+    """Drive crowd `number` to its end; returns its entry of the summary."""
+    out, seed = Path(options.out), options.seed + number
+    name = options.name or f'run_{number:03d}'
     with Domain(), NodeGroup(out / f'{name}_logs') as nodes:
         _start(nodes, options, scenario, map_path, seed)
-        with _Watcher() as watcher:
+        with _Watcher(asked) as watcher:
             watcher.wait(lambda: watcher.ready, READY_TIMEOUT, nodes)
             watcher.send_goal(scenario.goal)
             # A machine too slow for --speed simulates slower, and is given the time for it.
@@ -166,7 +169,12 @@ class _Watcher:
     ready: whether policy_node waits for nothing but a goal. episode: the simulator's last report.
     """
 
+    def __init__(self, asked):
+        """Give up waiting as soon as the list `asked` holds a signal."""
+        self._asked = asked
+
     def __enter__(self):
+        """Join the ROS domain of this process."""
         self.ready, self.episode, self._standing = False, {}, 'policy_node is not there yet'
         self._context = rclpy.Context()
         rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
@@ -180,15 +188,18 @@ class _Watcher:
         return self
 
     def __exit__(self, *_):
+        """Leave the domain."""
         self._executor.shutdown()
         self._node.destroy_node()
         self._context.try_shutdown()
 
     def wait(self, condition, timeout, nodes):
-        """Wait until `condition` holds; raises ProcessEnded when it takes too long."""
+        """Wait until `condition` holds; raises ProcessEnded after `timeout` s."""
         deadline = monotonic() + timeout
         while not condition():
             nodes.check()
+            if self._asked:
+                raise _Asked
             if monotonic() > deadline:
                 raise ProcessEnded(f'nothing more happened within {timeout:.0f} s '
                                    f'({self._standing}); see the logs')

@@ -23,6 +23,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from wallnav_ros.navigation.localisation import Localisation, MAP
+from wallnav_ros.navigation.stopping import BaseLimits, stoppable
 from wallnav_ros.navigation.surfaces import add_surfaces, scan_points, unexplained
 from wallnav_ros.navigation.watchdogs import ClockWatch, Feed, Stop
 from wallnav_ros.policy.actions import STOP
@@ -43,7 +44,7 @@ class NavigatorSettings:
 
     radius, goal_tolerance: m. preferred_speed: m/s. scan_timeout, odom_timeout,
     tracks_timeout, localisation_timeout: s. tracks_given: tracks come from another process
-    instead of the tracker in this one.
+    instead of the tracker in this one. base: what the base can do.
     """
 
     radius: float = 0.2
@@ -54,6 +55,7 @@ class NavigatorSettings:
     tracks_timeout: float = 0.4
     localisation_timeout: float = 2.0
     tracks_given: bool = False
+    base: BaseLimits = BaseLimits()
 
 
 @dataclass(frozen=True)
@@ -280,9 +282,22 @@ class Navigator:
         if self.localisation.frame_in_state(self._goal[1]) is None or not self.feeds['scan'].count:
             return
         observation = self.observe(now)
-        decision = self._lookahead.decide(observation)
-        self.plan = Plan(stamp, decision.command, decision.safe, decision.action == STOP,
-                         decision.path, observation.robot.goal, self.localisation.state_frame)
+        self.plan = self._choose(observation, stamp)
+
+    def _choose(self, observation, stamp):
+        """Return the Plan of the best action that the base can still stop after."""
+        lookahead, robot = self._lookahead, observation.robot
+        decision = lookahead.decide(observation)
+        commands = lookahead.actions.commands(robot.preferred_speed)
+        allowed = stoppable(observation, commands, lookahead.rule.time_step, self.settings.base)
+        scores = np.where(allowed, decision.scores, -np.inf)
+        action = int(scores.argmax()) if np.isfinite(scores).any() else STOP
+        path = decision.path
+        if action != decision.action:
+            path = np.stack((robot.pose, drive_unicycle(
+                robot.pose, *commands[action], lookahead.rule.time_step)))
+        return Plan(stamp, commands[action], bool(np.isfinite(scores).any()), action == STOP, path,
+                    robot.goal, self.localisation.state_frame)
 
     def observe(self, now):
         """Return the Observation at `now`, all of it carried forward to that moment."""

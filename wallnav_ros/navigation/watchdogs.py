@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Is what the robot knows fresh enough to move on it?
+Whether what the robot knows is fresh enough to move on it.
 
 Every input has a timeout on its age by stamp and by receipt; the clock itself is watched.
 """

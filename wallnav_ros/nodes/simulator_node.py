@@ -37,12 +37,13 @@ from wallnav_ros.nodes.health import Latencies
 from wallnav_ros.nodes.parameters import declare, declare_pose
 from wallnav_ros.nodes.runner import run
 from wallnav_ros.nodes.topics import advertise, LATCHED, RELIABLE, SENSOR, subscribe
+from wallnav_ros.nodes.transforms import find_broadcaster, transform_message
 from wallnav_ros.simulation.batch import RUNNING
 from wallnav_ros.simulation.episodes import draw_episode
 from wallnav_ros.simulation.lidar import Lidar
 from wallnav_ros.simulation.live_world import Base, LiveWorld
 from wallnav_ros.simulation.scenarios import load_scenario
-from wallnav_ros.world.geometry import compose
+from wallnav_ros.world.geometry import compose, invert
 from wallnav_ros.world.tracks import HUMAN, OBSTACLE, Tracks
 
 TICK = 0.0125              # s of simulated time; a whole number of them makes a crowd step
@@ -80,7 +81,7 @@ class SimulatorNode(Node):
         self._simulated = 0.0
         self._command, self._commanded = np.zeros(2), -np.inf
         self._due = {'scan': 0.0, 'odom': 0.0}
-        self._fixed_at = None
+        self._fixed_at, self._odom_in_map = None, self.world.pose
         self._sent, self._latency = {}, Latencies()
         self._advertise()
         self._subscribe()
@@ -100,6 +101,7 @@ class SimulatorNode(Node):
         self._episode_publisher = advertise(self, String, 'episode', LATCHED)
         self._clock_publisher = (advertise(self, ClockMessage, '/clock', CLOCK_QOS)
                                  if self.options.publish_clock else None)
+        self._broadcast = find_broadcaster(self)
 
     def _subscribe(self):
         kind, take = ((TwistStamped, lambda message: self._take_command(message.twist))
@@ -149,6 +151,11 @@ class SimulatorNode(Node):
             self._clock_publisher.publish(ClockMessage(clock=stamp))
         if self._is_due('odom', self.options.odom_rate):
             self._odom_publisher.publish(self._odometry(stamp))
+            if self._broadcast is not None:
+                self._broadcast([
+                    transform_message(stamp, 'map', 'odom', self._odom_in_map),
+                    transform_message(stamp, 'odom', 'base_link', self.world.odometry),
+                    transform_message(stamp, 'base_link', 'laser', self.laser_pose)])
         if self._is_due('scan', self.options.scan_rate):
             self._publish_scan(stamp)
 
@@ -184,7 +191,9 @@ class SimulatorNode(Node):
                 return
         self._fixed_at = pose.copy()
         message = PoseWithCovarianceStamped(header=Header(stamp=stamp, frame_id='map'))
-        message.pose.pose = convert.pose_message(self.world.fix())
+        fix = self.world.fix()
+        self._odom_in_map = compose(fix, invert(self.world.odometry))
+        message.pose.pose = convert.pose_message(fix)
         base = self.world.base
         message.pose.covariance[0] = message.pose.covariance[7] = base.fix_noise ** 2
         message.pose.covariance[35] = base.fix_turn_noise ** 2

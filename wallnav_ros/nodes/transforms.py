@@ -17,10 +17,11 @@ Transforms from TF where the robot has tf2_ros; nothing where it has not.
 REP-105: map -> odom -> base_link -> laser. Without TF the nodes take parameters and amcl_pose.
 """
 
-from geometry_msgs.msg import Point, Pose
+from geometry_msgs.msg import Point, Pose, TransformStamped
 from rclpy.time import Time
+from std_msgs.msg import Header
 
-from wallnav_ros.nodes.conversions import MessageError, pose_from_message, seconds
+from wallnav_ros.nodes.conversions import MessageError, pose_from_message, pose_message, seconds
 
 
 class FrameTree:
@@ -48,6 +49,25 @@ def find_frames(node):
         return FrameTree(node)
     except ImportError:
         return None
+
+
+def find_broadcaster(node):
+    """Return a function that sends a list of transforms, or None where tf2_ros is missing."""
+    try:
+        from tf2_ros import TransformBroadcaster
+    except ImportError:
+        return None
+    return TransformBroadcaster(node).sendTransform
+
+
+def transform_message(stamp, parent, child, pose):
+    """Return the TransformStamped of `child` at `pose` (3,) in `parent`; `stamp` is a Time."""
+    placed = pose_message(pose)
+    message = TransformStamped(header=Header(stamp=stamp, frame_id=parent), child_frame_id=child)
+    message.transform.translation.x = placed.position.x
+    message.transform.translation.y = placed.position.y
+    message.transform.rotation = placed.orientation
+    return message
 
 
 def _pose(transform):
