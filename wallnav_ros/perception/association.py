@@ -52,7 +52,7 @@ def associate(table, detections, settings):
     strides = np.hypot(*table.velocity[walks].T) > settings.walking_speed * 2.0
     again = cost[walks] + settings.second_leg_cost
     again += settings.mismatch_cost * strides[:, None] * detections.still
-    again[:, ~detections.leg] = _NEVER
+    again[:, ~detections.leg | (detections.radius < settings.thin_radius)] = _NEVER
     rows, columns = linear_sum_assignment(np.vstack((cost, again)))
     good = np.vstack((cost, again))[rows, columns] < _NEVER
     rows, columns = rows[good], columns[good]
@@ -80,6 +80,9 @@ def _costs(table, detections, settings):
     cost += settings.mismatch_cost * (moving * detections.still + standing * detections.fresh)
     ratio = np.log((table.radius[:, None] + 0.05) / (detections.radius[None] + 0.05))
     cost += settings.size_cost * ratio ** 2
+    # A speck is no leg: it may feed the track of a speck, and another only for want of better.
+    speck = (detections.radius < settings.thin_radius)[None]
+    cost += settings.mismatch_cost * (speck & (table.radius > settings.thin_radius)[:, None])
     return np.where(distance <= settings.gate ** 2, cost, _NEVER)
 
 

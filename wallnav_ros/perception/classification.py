@@ -36,7 +36,8 @@ def weigh_motion(table, rows, still, fresh, apart, vacated, gait, elapsed, setti
     speed = np.linalg.norm(table.velocity[rows], axis=1)
     moved = ((gone > settings.walking_distance) & (gone > 3.0 * doubt)
              & (speed > settings.walking_speed))
-    earned = table.human[rows] & (table.proof[rows] > settings.earned_proof)
+    earned = table.human[rows] & (
+        (table.proof[rows] > settings.earned_proof) | (table.pair[rows] > 0.3))
     rate = (settings.fresh_rate * np.where((fresh > still) & (gone > 2.0 * doubt), fresh, 0.0)
             + settings.vacated_rate * (vacated & moved)
             + settings.moved_rate * (moved & apart & (still < 0.3))
@@ -59,8 +60,8 @@ def find_gait(table, settings):
             & (table.apart > 0.9) & (table.hits > 0.4))
     gap = np.linalg.norm(table.position[:, None] - table.position[None], axis=2)
     # Two legs have no third beside them; chairs and shelves do.
-    legs = np.flatnonzero(
-        legs & (((gap < settings.stride) & (table.hits > 0.4)).sum(axis=1) == 2))
+    beside = (gap < settings.stride) & (table.hits > 0.4) & (table.radius > settings.thin_radius)
+    legs = np.flatnonzero(legs & (beside.sum(axis=1) == 2))
     walking = np.zeros(len(table), dtype=bool)
     if len(legs) < 2:
         return walking
@@ -81,6 +82,6 @@ def settle_labels(table, barred, settings):
     barred: (N,) bool, tracks that must not become human now.
     """
     certain = (table.motion > settings.human_odds) & (table.score >= 1.0)
-    certain &= table.reach > settings.swing
+    certain &= (table.reach > settings.swing) & (table.hits > 0.6)
     table.human |= certain & ~barred
     table.human &= table.motion > -settings.human_odds
