@@ -1,0 +1,80 @@
+# Copyright 2026 The wallnav_ros authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+Draw scenarios as map files, PNG and YAML, so that the nodes read them as they would a real map.
+
+Solid polygons are painted by `mapping.map_writer`; the keys are those of nav2_map_server.
+"""
+
+import argparse
+import math
+from pathlib import Path
+import sys
+
+from wallnav_ros.mapping.map_writer import write_map
+from wallnav_ros.simulation.scenarios import load_scenario, ScenarioError
+
+
+class NoPolygonsError(ValueError):
+    """A scenario with nothing to draw; one line naming file, field and fix."""
+
+
+def parse(arguments):
+    """Return the parsed command line."""
+    parser = argparse.ArgumentParser('make_maps', description=__doc__.strip().splitlines()[0])
+    parser.add_argument('--scenario', nargs='+', metavar='NAME_OR_FILE',
+                        default=['curve_path', 'cross_path'],
+                        help='scenarios with walls as polygons (default: both paths of the paper)')
+    parser.add_argument('--resolution', type=_positive, default=0.05, metavar='M',
+                        help='metres a cell (default: %(default)s)')
+    parser.add_argument('--out', type=Path, default=Path('maps'), metavar='DIR',
+                        help='folder for NAME.yaml and NAME.png (default: %(default)s)')
+    return parser.parse_args(arguments)
+
+
+def main(arguments=None):
+    """Run the command; returns its exit status."""
+    options = parse(arguments)
+    try:
+        # All are read before any is written.
+        scenarios = [_drawable(load_scenario(name)) for name in options.scenario]
+        for scenario in scenarios:
+            path = options.out / f'{scenario.path.stem}.yaml'
+            write_map(path, scenario.polygons, resolution=options.resolution)
+            print(path)
+    except (OSError, ScenarioError, NoPolygonsError) as error:
+        print(f'make_maps: {error}', file=sys.stderr)
+        return 2
+    except ValueError as error:
+        print(f'make_maps: {scenario.path}: walls: {error}', file=sys.stderr)
+        return 2
+    return 0
+
+
+def _drawable(scenario):
+    if not scenario.polygons:
+        raise NoPolygonsError(f'{scenario.path}: walls: no polygons to draw; '
+                              'its walls come from a map or it has none')
+    return scenario
+
+
+def _positive(text):
+    value = float(text)
+    if not 0.0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f'expected metres above 0, got {text}')
+    return value
+
+
+if __name__ == '__main__':
+    sys.exit(main())
