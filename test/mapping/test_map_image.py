@@ -50,8 +50,8 @@ def png_of_size(width, height):
     png(GREY),
     png(cv2.cvtColor(GREY, cv2.COLOR_GRAY2BGR)),
     png(GREY.astype(np.uint16) * 257),
-], ids=['P5', 'P5 one line', 'P5 comments', 'P2', 'P2 comment', 'P3', 'P6', 'P5 16 bit', 'PNG grey',
-        'PNG RGB', 'PNG 16 bit'])
+], ids=['P5', 'P5 one line', 'P5 comments', 'P2', 'P2 comment', 'P3', 'P6', 'P5 16 bit',
+        'PNG grey', 'PNG RGB', 'PNG 16 bit'])
 def test_every_format_gives_the_same_grey_levels(data):
     grey, opacity = decode_image(data)
 

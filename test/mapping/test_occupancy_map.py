@@ -152,7 +152,8 @@ def test_a_wrong_value_is_named_with_what_is_expected(tmp_path, field, text):
 
 
 @pytest.mark.parametrize('text, problem', [
-    ('', 'not a map YAML'), ('- image: map.pgm\n', 'not a map YAML'), ('map.pgm', 'not a map YAML'),
+    ('', 'not a map YAML'), ('- image: map.pgm\n', 'not a map YAML'),
+    ('map.pgm', 'not a map YAML'),
     ('image: [map.pgm\n', 'not valid YAML'), ('image:\tmap.pgm\n\tx: 1', 'not valid YAML'),
     ('a: 1\n---\nb: 2\n', 'not valid YAML'), ('{[1]: 2}', 'not valid YAML'),
     ('image: !!python/object/apply:os.getcwd []', 'not valid YAML'),

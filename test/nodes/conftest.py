@@ -19,29 +19,24 @@ import sys
 import threading
 from time import monotonic
 
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist, TwistStamped
+from nav_msgs.msg import Odometry
 import numpy as np
 import pytest
-
-rclpy = pytest.importorskip('rclpy')
-
-from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
-from geometry_msgs.msg import (  # noqa: E402
-    PoseStamped, PoseWithCovarianceStamped, Twist, TwistStamped)
-from nav_msgs.msg import Odometry  # noqa: E402
-from rclpy.clock import Clock, ClockType  # noqa: E402
-from rclpy.event_handler import PublisherEventCallbacks  # noqa: E402
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
-from rclpy.qos import QoSProfile, ReliabilityPolicy  # noqa: E402
-from rosgraph_msgs.msg import Clock as ClockMessage  # noqa: E402
-from sensor_msgs.msg import LaserScan, PointCloud2  # noqa: E402
-
-from wallnav_ros.nodes.conversions import (  # noqa: E402
-    pose_message, time_message, tracks_message)
-from wallnav_ros.nodes.topics import LATCHED, RELIABLE, SENSOR  # noqa: E402
-from wallnav_ros.policy import features  # noqa: E402
-from wallnav_ros.policy.value_function import FORMAT, layer_shapes, ValueFunction  # noqa: E402
-from wallnav_ros.world.geometry import drive_unicycle  # noqa: E402
-from wallnav_ros.world.tracks import Tracks  # noqa: E402
+import rclpy
+from rclpy.clock import Clock, ClockType
+from rclpy.event_handler import PublisherEventCallbacks
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rosgraph_msgs.msg import Clock as ClockMessage
+from sensor_msgs.msg import LaserScan, PointCloud2
+from wallnav_ros.nodes.conversions import pose_message, time_message, tracks_message
+from wallnav_ros.nodes.topics import LATCHED, RELIABLE, SENSOR
+from wallnav_ros.policy import features
+from wallnav_ros.policy.value_function import FORMAT, layer_shapes, ValueFunction
+from wallnav_ros.world.geometry import drive_unicycle
+from wallnav_ros.world.tracks import Tracks
 
 TIMEOUT = 20.0             # s that anything may take on a busy machine
 BEAMS = 360
@@ -64,7 +59,8 @@ def straight_weights(tmp_path_factory):
     metadata = {
         'format': FORMAT, 'network': {'kind': 'three_mlp', 'sizes': sizes},
         'features': features.describe(), 'actions': {'max_turn_rate': 1.8}, 'reward': 'R4',
-        'decision': {'horizons': [2, 4], 'caution': 0.0}, 'time_step': 0.25, 'discount': 0.9, 'training': {}}
+        'decision': {'horizons': [2, 4], 'caution': 0.0}, 'time_step': 0.25, 'discount': 0.9,
+        'training': {}}
     path = tmp_path_factory.mktemp('models') / 'straight.npz'
     ValueFunction(metadata, tensors).save(path)
     return path

@@ -15,15 +15,11 @@
 
 import math
 
-import numpy as np
-import pytest
-
-pytest.importorskip('rclpy')
-
 from geometry_msgs.msg import Pose
 from nav_msgs.msg import OccupancyGrid, Odometry
+import numpy as np
+import pytest
 from sensor_msgs.msg import LaserScan, PointField
-
 from wallnav_ros.mapping.occupancy_map import MapError
 from wallnav_ros.nodes import conversions as convert
 from wallnav_ros.perception.scan import ScanError

@@ -16,15 +16,11 @@
 import signal
 from time import monotonic
 
+from nav_msgs.msg import OccupancyGrid
 import numpy as np
 import pytest
-
-rclpy = pytest.importorskip('rclpy')
-
-from nav_msgs.msg import OccupancyGrid  # noqa: E402
-from visualization_msgs.msg import Marker  # noqa: E402
-
-from wallnav_ros.nodes.topics import LATCHED  # noqa: E402
+from visualization_msgs.msg import Marker
+from wallnav_ros.nodes.topics import LATCHED
 
 
 @pytest.fixture

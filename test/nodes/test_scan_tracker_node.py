@@ -19,19 +19,16 @@ import subprocess
 import sys
 import time
 
+from diagnostic_msgs.msg import DiagnosticArray
+from nav_msgs.msg import Odometry
 import numpy as np
 import pytest
-
-rclpy = pytest.importorskip('rclpy')
-
-from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
-from nav_msgs.msg import Odometry  # noqa: E402
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
-from rclpy.qos import qos_profile_sensor_data  # noqa: E402
-from sensor_msgs.msg import LaserScan, PointCloud2  # noqa: E402
-from visualization_msgs.msg import MarkerArray  # noqa: E402
-
-from wallnav_ros.nodes.conversions import time_message, tracks_from_message  # noqa: E402
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import qos_profile_sensor_data
+from sensor_msgs.msg import LaserScan, PointCloud2
+from visualization_msgs.msg import MarkerArray
+from wallnav_ros.nodes.conversions import time_message, tracks_from_message
 
 BEAMS = 720
 PERIOD = 0.1

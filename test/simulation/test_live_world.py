@@ -16,8 +16,6 @@
 import numpy as np
 import pytest
 
-pytest.importorskip('pyrvo')
-
 from wallnav_ros.simulation.batch import (
     COLLISION, GOAL, RUNNING, TIMEOUT, WALL_COLLISION)
 from wallnav_ros.simulation.crowd import simulate_crowd

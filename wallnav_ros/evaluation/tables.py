@@ -76,7 +76,8 @@ def markdown(summary):
                  *(f'{100 * cell[rate]:.1f}' for rate in list(RATES)[1:])]
         means = [_number(cell[name]) for name in ('mean_time', 'mean_path_length',
                                                   'mean_min_gap_agent')]
-        lines.append(f'| {cell["scenario"]} | {cell["case"]} | ' + ' | '.join(rates + means) + ' |')
+        row = ' | '.join([cell['scenario'], cell['case'], *rates, *means])
+        lines.append(f'| {row} |')
     terms = list(summary['cells'][0]['reward_terms'])
     lines += ['', '| scenario | case | total | ' + ' | '.join(terms) + ' |',
               '|---' * (len(terms) + 3) + '|']

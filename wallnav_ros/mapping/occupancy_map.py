@@ -27,9 +27,9 @@ import stat
 
 import cv2
 import numpy as np
+from wallnav_ros.mapping.map_image import decode_image, ImageError, MOST_PIXELS
 import yaml
 
-from wallnav_ros.mapping.map_image import decode_image, ImageError, MOST_PIXELS
 
 UNKNOWN, FREE, OCCUPIED = -1, 0, 100
 # map_saver's default occupied_thresh, in per cent: from here on a cell counts as wall.

@@ -20,17 +20,17 @@ REP-103 and REP-105 (axes, units, frames); sensor_msgs/PointCloud2 for tracks.
 from array import array
 import math
 
+from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Point, Pose, Quaternion, Twist
 import numpy as np
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
-
-from builtin_interfaces.msg import Time
 from wallnav_ros.mapping.occupancy_map import from_occupancy_grid
 from wallnav_ros.perception.scan import Scan
 from wallnav_ros.world.tracks import Tracks
+
 
 # The PointCloud2 that carries tracks: name, NumPy type, PointField type.
 TRACK_FIELDS = (

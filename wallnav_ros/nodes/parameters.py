@@ -19,9 +19,9 @@ REP-103 units; `params/wallnav.yaml` lists them all with their defaults.
 
 from dataclasses import fields
 
+import numpy as np
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
-import numpy as np
 
 
 def declare(node, name, default, description, limits=None, choices=None, live=False):

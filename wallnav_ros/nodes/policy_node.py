@@ -59,7 +59,7 @@ FAREWELL = Duration(seconds=0.5)      # longest wait for the last command to be 
 class Options:
     """The parameters that are the node's own: see docs/nodes.md."""
 
-    map: str
+    map: str  # noqa: A003
     stamped: bool
     control_rate: float
     wall_min_size: float

@@ -30,7 +30,6 @@ from rclpy.node import Node
 from sensor_msgs.msg import LaserScan, PointCloud2
 from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
-
 from wallnav_ros.mapping.distance_field import distance_field
 from wallnav_ros.mapping.occupancy_map import load_map
 from wallnav_ros.mapping.wall_extraction import extract_walls
@@ -44,9 +43,10 @@ from wallnav_ros.nodes.topics import advertise, LATCHED, RELIABLE, SENSOR, subsc
 from wallnav_ros.nodes.transforms import find_frames
 from wallnav_ros.perception.settings import TrackerSettings
 from wallnav_ros.perception.tracking import Tracker
-from wallnav_ros.world.geometry import compose, invert
 from wallnav_ros.world.distance_field import DistanceField
+from wallnav_ros.world.geometry import compose, invert
 from wallnav_ros.world.tracks import HUMAN
+
 
 DIAGNOSTICS_PERIOD = 1.0      # s
 

@@ -44,7 +44,7 @@ def to_child(pose, points):
 
 
 def compose(parent, child):
-    """Return the pose (3,) of `child` (3,), given relative to `parent` (3,), in parent's parent."""
+    """Return the pose (3,) of `child` (3,), given in `parent` (3,), in the parent of both."""
     x, y = to_parent(parent, child[:2])
     return np.array([x, y, float(wrap_angle(parent[2] + child[2]))])
 

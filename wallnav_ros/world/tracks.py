@@ -40,7 +40,7 @@ class Tracks:
     """
 
     stamp: float
-    id: np.ndarray
+    id: np.ndarray  # noqa: A003
     position: np.ndarray
     velocity: np.ndarray
     radius: np.ndarray
