@@ -29,6 +29,28 @@ REPOSITORY = Path(__file__).resolve().parents[1]
 ROS_DOMAINS = range(1, 100)
 
 
+def is_strict(config):
+    """Return whether this run must leave nothing out: $WALLNAV_REQUIRE_DATA, every extra there."""
+    everything = 'not extras' not in config.getoption('markexpr')
+    return everything and os.environ.get('WALLNAV_REQUIRE_DATA') == '1'
+
+
+def pytest_sessionfinish(session):
+    """Fail a run in which a test was skipped that must not be."""
+    reporter = session.config.pluginmanager.get_plugin('terminalreporter')
+    if is_strict(session.config) and reporter.stats.get('skipped'):
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    """Say why such a run failed."""
+    skipped = terminalreporter.stats.get('skipped', ())
+    if is_strict(config) and skipped:
+        terminalreporter.section('skipped, which WALLNAV_REQUIRE_DATA=1 does not allow')
+        for report in skipped:
+            terminalreporter.line(f'{report.nodeid}: {report.longrepr[-1]}')
+
+
 @pytest.fixture(scope='session')
 def repository():
     """Return the root of the repository."""
