@@ -1,0 +1,161 @@
+# Copyright 2026 The wallnav_ros authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+The evaluate command: its files, the same to the byte on any number of workers, and refusals.
+
+The fields of summary.json are a contract.
+"""
+
+import csv
+import json
+
+import pytest
+from wallnav_ros.commands.evaluate import main
+
+pytestmark = pytest.mark.extras
+
+HALL = """
+walls: [[[-2, -4], [4, -4], [4, -4.2]], [[1, 3], [2, 3], [2, 4]]]
+robot: {start: [0, 0, 0], goal: [2, 0]}
+time_limit: 4.0
+cases: {none: {}, busy: {static: 2, dynamic: 2}}
+agents: {radius: [0.1, 0.3], goal: anywhere}
+"""
+
+
+@pytest.fixture
+def scenario(tmp_path):
+    path = tmp_path / 'hall.yaml'
+    path.write_text(HALL)
+    return str(path)
+
+
+def run(scenario, out, *more):
+    return main(['--model', 'orca', '--scenario', scenario, '--out', str(out),
+                 '--episodes', '4', '--seed', '7', *more])
+
+
+def test_files_and_fields_are_those_of_the_contract(scenario, tmp_path):
+    assert run(scenario, tmp_path / 'out') == 0
+
+    assert {path.name for path in (tmp_path / 'out').iterdir()} >= {
+        'summary.json', 'episodes.csv', 'tables.md'}
+    summary = json.loads((tmp_path / 'out' / 'summary.json').read_text())
+    assert (summary['model'], summary['seed']) == ('orca', 7)
+    assert [(cell['scenario'], cell['case']) for cell in summary['cells']] == [
+        ('hall', 'none'), ('hall', 'busy')]
+    for cell in summary['cells']:
+        assert cell['episodes'] == 4
+        assert sum(cell[f'{rate}_rate'] for rate in (
+            'success', 'collision', 'wall_collision', 'timeout')) == pytest.approx(1.0)
+        assert set(cell['intervals_95']) == {
+            'success_rate', 'collision_rate', 'wall_collision_rate', 'timeout_rate'}
+        assert {'mean_time', 'mean_path_length', 'reward_terms'} <= set(cell)
+
+
+def test_every_episode_has_a_row(scenario, tmp_path):
+    run(scenario, tmp_path / 'out')
+
+    with open(tmp_path / 'out' / 'episodes.csv', newline='') as stream:
+        rows = list(csv.DictReader(stream))
+    assert [(row['case'], row['seed']) for row in rows] == [
+        (case, str(seed)) for case in ('none', 'busy') for seed in range(7, 11)]
+    assert {'outcome', 'time', 'path_length', 'min_gap_agent', 'min_gap_wall', 'R_g',
+            'R_wmin'} <= set(rows[0])
+    assert {row['outcome'] for row in rows} <= {'goal', 'collision', 'wall_collision', 'timeout'}
+
+
+def test_any_number_of_workers_gives_the_same_files_to_the_byte(scenario, tmp_path):
+    run(scenario, tmp_path / 'one')
+    run(scenario, tmp_path / 'two', '--workers', '2')
+
+    for name in ('episodes.csv', 'summary.json', 'tables.md'):
+        assert (tmp_path / 'two' / name).read_bytes() == (tmp_path / 'one' / name).read_bytes()
+
+
+def test_another_seed_gives_other_episodes(scenario, tmp_path):
+    run(scenario, tmp_path / 'one', '--case', 'busy')
+    run(scenario, tmp_path / 'other', '--case', 'busy', '--seed', '8')
+
+    with open(tmp_path / 'one' / 'episodes.csv') as one, \
+            open(tmp_path / 'other' / 'episodes.csv') as other:
+        one, other = list(csv.DictReader(one)), list(csv.DictReader(other))
+    # Seeds 7 to 10 and 8 to 11: what they share is the same.
+    assert one[1:] == other[:3]
+    assert {**one[0], 'seed': ''} != {**other[3], 'seed': ''}
+
+
+def test_one_case_may_be_asked_for_and_the_summary_written_elsewhere_too(scenario, tmp_path):
+    run(scenario, tmp_path / 'out', '--case', 'busy', '--json', str(tmp_path / 'copy.json'))
+
+    summary = json.loads((tmp_path / 'copy.json').read_text())
+    assert [cell['case'] for cell in summary['cells']] == ['busy']
+    assert summary == json.loads((tmp_path / 'out' / 'summary.json').read_text())
+
+
+def test_the_tables_are_printed(scenario, tmp_path, capsys):
+    run(scenario, tmp_path / 'out')
+
+    assert (tmp_path / 'out' / 'tables.md').read_text() in capsys.readouterr().out
+
+
+def refusal(capsys, *arguments):
+    """Return the one line with which the command ends at exit status 2."""
+    assert main(list(arguments)) == 2
+    error = capsys.readouterr().err
+    assert error.count('\n') == 1
+    assert error.startswith('evaluate: ')
+    return error[len('evaluate: '):].strip()
+
+
+def test_input_that_cannot_be_used_ends_with_status_2_and_one_line(scenario, tmp_path, capsys):
+    out = ['--out', str(tmp_path / 'out')]
+    broken = tmp_path / 'broken.yaml'
+    broken.write_text('walls: [\n')
+    (tmp_path / 'weights.npz').write_bytes(b'noise')
+    orca = ['--model', 'orca']
+
+    assert 'nobody: no such file' in refusal(capsys, '--model', 'nobody', *out)
+    assert 'not a readable .npz' in refusal(
+        capsys, '--model', str(tmp_path / 'weights.npz'), *out)
+    assert 'nowhere: no such file' in refusal(capsys, *orca, '--scenario', 'nowhere', *out)
+    assert 'not valid YAML' in refusal(capsys, *orca, '--scenario', str(broken), *out)
+    assert "no case 'full'" in refusal(
+        capsys, *orca, '--scenario', scenario, '--case', 'full', *out)
+
+
+def test_a_folder_that_cannot_be_written_is_refused_before_any_work(scenario, tmp_path, capsys):
+    line = refusal(capsys, '--model', 'orca', '--scenario', scenario, '--out', scenario,
+                   '--episodes', '1000000')
+
+    assert scenario in line
+
+
+@pytest.mark.parametrize('arguments', [
+    ['--episodes', '0'], ['--episodes', 'many'], ['--seed', '-1'], ['--seed', '1.5'],
+    ['--workers', '0'], ['--horizons', '0'], ['--colour']])
+def test_bad_usage_ends_with_status_2(arguments, tmp_path, capsys):
+    with pytest.raises(SystemExit) as caught:
+        main(['--out', str(tmp_path), *arguments])
+
+    assert caught.value.code == 2
+    assert 'usage: evaluate' in capsys.readouterr().err
+
+
+def test_out_is_needed(capsys):
+    with pytest.raises(SystemExit) as caught:
+        main([])
+
+    assert caught.value.code == 2
+    assert '--out' in capsys.readouterr().err

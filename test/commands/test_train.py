@@ -1,0 +1,111 @@
+# Copyright 2026 The wallnav_ros authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+The train command: from a configuration to weights, and refusals in one line.
+
+Paper algorithm 1, in small.
+"""
+
+import pytest
+from wallnav_ros.commands.train import main
+from wallnav_ros.policy.value_function import load_value_function
+import yaml
+
+pytest.importorskip('torch')
+
+pytestmark = pytest.mark.extras
+
+
+@pytest.fixture
+def config(tmp_path):
+    """Return a configuration that trains in seconds on a hall with nobody in it."""
+    scenario = tmp_path / 'hall.yaml'
+    scenario.write_text('walls: [[[-2, -4], [4, -4], [4, -4.2]]]\ntime_limit: 4.0\n'
+                        'robot: {start: [0, -2, 0], goal: [2, -2]}\ncases: {none: {}}\n')
+    path = tmp_path / 'tiny.yaml'
+    path.write_text(yaml.safe_dump({
+        'name': 'tiny', 'scenarios': [str(scenario)], 'cases': {'none': 1}, 'horizons': [1],
+        'decision_horizons': [1], 'imitation_episodes': 2, 'imitation_updates': 2,
+        'episodes': 4, 'parallel': 2, 'updates': 2, 'batch_size': 8, 'memory': 200,
+        'evaluate_every': 4, 'evaluation_episodes': 1}))
+    return path
+
+
+def test_a_configuration_becomes_weights(config, tmp_path, capsys):
+    assert main(['--config', str(config), '--out', str(tmp_path / 'out')]) == 0
+
+    weights = load_value_function(tmp_path / 'out' / 'tiny.npz')
+    assert weights.metadata['training']['episodes'] == 4
+    assert capsys.readouterr().out.splitlines()[-1] == (
+        f'best weights: {tmp_path / "out" / "tiny.npz"}')
+
+
+def test_a_finished_run_may_be_resumed(config, tmp_path):
+    command = ['--config', str(config), '--out', str(tmp_path / 'out')]
+    main(command)
+    before = (tmp_path / 'out' / 'tiny.npz').read_bytes()
+
+    assert main([*command, '--resume']) == 0
+
+    assert (tmp_path / 'out' / 'tiny.npz').read_bytes() == before
+
+
+def refusal(capsys, *arguments):
+    """Return the one line with which the command ends at exit status 2."""
+    assert main(list(arguments)) == 2
+    error = capsys.readouterr().err
+    assert error.count('\n') == 1
+    assert error.startswith('train: ')
+    return error[len('train: '):].strip()
+
+
+def test_input_that_cannot_be_used_ends_with_status_2_and_one_line(config, tmp_path, capsys):
+    out = ['--out', str(tmp_path / 'out')]
+
+    def with_setting(**changes):
+        path = tmp_path / 'changed.yaml'
+        path.write_text(yaml.safe_dump({**yaml.safe_load(config.read_text()), **changes}))
+        return ['--config', str(path), *out]
+
+    assert 'nothing: no such file' in refusal(capsys, '--config', 'nothing', *out)
+    assert 'epochs: unknown' in refusal(capsys, *with_setting(epochs=3))
+    assert 'memory: expected a whole number above 0' in refusal(capsys, *with_setting(memory=0))
+    assert 'nowhere: no such file' in refusal(capsys, *with_setting(scenarios=['nowhere']))
+    assert "no case 'full'" in refusal(capsys, *with_setting(cases={'full': 1}))
+    assert 'no checkpoint to resume from' in refusal(
+        capsys, '--config', str(config), *out, '--resume')
+    assert '--device abacus: ' in refusal(
+        capsys, '--config', str(config), *out, '--device', 'abacus')
+    assert str(config) in refusal(capsys, '--config', str(config), '--out', str(config))
+
+
+@pytest.mark.filterwarnings('ignore::RuntimeWarning')
+def test_a_diverging_run_ends_with_status_1_and_advice(config, tmp_path, capsys):
+    diverging = yaml.safe_load(config.read_text())
+    diverging.update(learning_rate=1e30, final_learning_rate=1e30, imitation_updates=50)
+    config.write_text(yaml.safe_dump(diverging))
+
+    assert main(['--config', str(config), '--out', str(tmp_path / 'out')]) == 1
+
+    assert 'train: the loss became ' in capsys.readouterr().err.splitlines()[-1]
+
+
+@pytest.mark.parametrize('arguments', [
+    [], ['--config', 'default'], ['--out', 'x'], ['--nonsense']])
+def test_bad_usage_ends_with_status_2(arguments, capsys):
+    with pytest.raises(SystemExit) as caught:
+        main(arguments)
+
+    assert caught.value.code == 2
+    assert 'usage: train' in capsys.readouterr().err
