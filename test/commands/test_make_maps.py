@@ -13,6 +13,8 @@
 # limitations under the License.
 """
 Scenarios drawn as maps: what is read back is where the polygons are.
+
+Both ways: no wall of the one lies far from the walls of the other.
 """
 
 from pathlib import Path
