@@ -16,7 +16,7 @@
 import numpy as np
 import pytest
 
-from wallnav_ros.navigation.surfaces import add_surfaces, scan_points, unexplained
+from wallnav_ros.navigation.surfaces import add_surfaces, assign_points, scan_points
 from wallnav_ros.perception.scan import Scan
 from wallnav_ros.world.distance_field import DistanceField
 from wallnav_ros.world.state import Agents
@@ -38,12 +38,33 @@ def test_beam_ends_are_placed_by_the_lasers_pose():
 def test_points_on_a_mapped_wall_or_a_tracked_agent_are_explained():
     points = np.array([[3.05, 0.0], [0.0, 2.0], [-2.0, -2.0]])
     person = Agents.of([[0.0, 2.25]], [[0.0, 0.0]], [0.25])
-    np.testing.assert_allclose(unexplained(points, person, wall_at_x(3.0)), [[-2.0, -2.0]])
+    seen, left = assign_points(points, person, wall_at_x(3.0))
+    np.testing.assert_allclose(left, [[-2.0, -2.0]])
+    np.testing.assert_allclose(seen.radius, [0.25])
+
+
+def test_an_agent_is_at_least_as_large_as_what_is_seen_of_it():
+    # Beams end 0.25 m and 0.4 m from the centre of a track of 0.2 m; a third is too far off.
+    points = np.array([[1.75, 0.0], [2.0, 0.4], [2.0, 0.6]])
+    walker = Agents.of([[2.0, 0.0]], [[0.0, 1.0]], [0.2])
+    seen, left = assign_points(points, walker, None)
+    np.testing.assert_allclose(seen.radius, [0.4])
+    np.testing.assert_allclose(seen.velocity, [[0.0, 1.0]])
+    np.testing.assert_allclose(left, [[2.0, 0.6]])
+
+
+def test_a_point_belongs_to_the_agent_whose_edge_is_nearest():
+    two = Agents.of([[0.0, 0.0], [1.0, 0.0]], np.zeros((2, 2)), [0.1, 0.5])
+    # 0.18 m beyond the first edge, 0.22 m before the second; then 0.22 m and 0.18 m.
+    seen, _ = assign_points(np.array([[0.28, 0.0]]), two, None)
+    np.testing.assert_allclose(seen.radius, [0.28, 0.5])
+    seen, _ = assign_points(np.array([[0.32, 0.0]]), two, None)
+    np.testing.assert_allclose(seen.radius, [0.1, 0.68])
 
 
 def test_without_map_and_tracks_everything_is_unexplained():
     points = np.array([[3.0, 0.0]])
-    np.testing.assert_allclose(unexplained(points, Agents.none(), None), points)
+    np.testing.assert_allclose(assign_points(points, Agents.none(), None)[1], points)
 
 
 def test_nothing_unexplained_leaves_the_walls_as_they_are():

@@ -24,7 +24,7 @@ import numpy as np
 
 from wallnav_ros.navigation.localisation import Localisation, MAP
 from wallnav_ros.navigation.stopping import BaseLimits, stoppable
-from wallnav_ros.navigation.surfaces import add_surfaces, scan_points, unexplained
+from wallnav_ros.navigation.surfaces import add_surfaces, assign_points, scan_points
 from wallnav_ros.navigation.watchdogs import ClockWatch, Feed, Stop
 from wallnav_ros.policy.actions import STOP
 from wallnav_ros.world.geometry import compose, drive_unicycle, invert, rotate, to_parent
@@ -306,10 +306,10 @@ class Navigator:
         last = self.feeds['odometry'].stamp
         pose = drive_unicycle(place.newest(), *place.velocity, _ahead(now - last))
         tracks = _moved(self.tracks, place.odom_in_state)
+        seen, points = assign_points(
+            to_parent(place.odom_in_state, self._points), tracks.agents(), walls)
         ahead = _ahead(now - tracks.stamp)
-        agents = Agents.of(tracks.position + ahead * tracks.velocity, tracks.velocity,
-                           tracks.radius)
-        points = unexplained(to_parent(place.odom_in_state, self._points), tracks.agents(), walls)
+        agents = Agents.of(seen.position + ahead * seen.velocity, seen.velocity, seen.radius)
         robot = Robot(pose, place.velocity, self._goal_in_state(), np.float64(settings.radius),
                       np.float64(settings.preferred_speed))
         return Observation(robot, agents, add_surfaces(points, walls, pose[:2]))

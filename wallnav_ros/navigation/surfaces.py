@@ -23,10 +23,11 @@ import numpy as np
 
 from wallnav_ros.world.distance_field import DistanceField
 from wallnav_ros.world.geometry import to_parent
+from wallnav_ros.world.state import Agents
 
 RESOLUTION = 0.05      # m
 REACH = 8.0            # m around the robot; the policy feels walls up to 5 m from where it looks
-TRACK_MARGIN = 0.2     # m beyond a track's radius; beams end on its surface and it moves
+TRACK_MARGIN = 0.25    # m beyond a track's radius that still belong to it
 WALL_MARGIN = 0.15     # m; as the tracker's own rule for what a mapped wall explains
 
 
@@ -36,18 +37,25 @@ def scan_points(scan, laser_pose):
     return to_parent(laser_pose, np.stack((ranges * np.cos(angles), ranges * np.sin(angles)), 1))
 
 
-def unexplained(points, agents, walls):
+def assign_points(points, agents, walls):
     """
-    Return those of `points` (K, 2) that lie on no agent and, where given, on no mapped wall.
+    Return `agents` grown to cover what is seen of them, and the points (U, 2) that are left.
 
-    All in one frame; `walls` is a DistanceField or None.
+    points: (K, 2) beam ends; those on mapped `walls` (DistanceField or None) are dropped. One
+    within TRACK_MARGIN of an agent's edge is part of the nearest such agent, which is then at
+    least as large as that: a tracker sees sides, and tells a wide body's radius too small.
     """
     if walls is not None and len(points):
         points = points[walls.at(points) > WALL_MARGIN]
-    if len(points) and agents.radius.size:
-        gap = np.linalg.norm(points[:, None] - agents.position, axis=2) - agents.radius
-        points = points[gap.min(axis=1) > TRACK_MARGIN]
-    return points
+    if not len(points) or not agents.radius.size:
+        return agents, points
+    distance = np.linalg.norm(points[:, None] - agents.position, axis=2)
+    gap = distance - agents.radius
+    nearest, row = gap.argmin(axis=1), np.arange(len(points))
+    taken = gap[row, nearest] <= TRACK_MARGIN
+    radius = agents.radius.copy()
+    np.maximum.at(radius, nearest[taken], distance[row, nearest][taken])
+    return Agents.of(agents.position, agents.velocity, radius), points[~taken]
 
 
 def add_surfaces(points, walls, centre):
