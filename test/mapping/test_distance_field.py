@@ -28,7 +28,7 @@ SQUARE = Walls.from_polylines([[(0, 0), (4, 0), (4, 4), (0, 4)]], closed=True)
 
 
 def nodes_of(field, rng, count, within):
-    """Return positions (K, 2) and values (K,) of some nodes the field puts `within` m of a wall."""
+    """Return positions (K, 2) and values (K,) of nodes that are `within` m of a wall."""
     row, column = np.nonzero(field.distance < within)
     chosen = rng.integers(0, len(row), count)
     row, column = row[chosen], column[chosen]

@@ -16,11 +16,10 @@
 import numpy as np
 import pytest
 import shapely
-import yaml
-
 from wallnav_ros.mapping.map_writer import write_map
 from wallnav_ros.mapping.occupancy_map import load_map
 from wallnav_ros.mapping.wall_extraction import extract_walls
+import yaml
 
 
 def written(folder, *arguments, **options):

@@ -18,17 +18,14 @@ import signal
 from time import monotonic
 
 from map_files import write_map_files
+from nav_msgs.msg import OccupancyGrid
 import numpy as np
 import pytest
-
-rclpy = pytest.importorskip('rclpy')
-
-from nav_msgs.msg import OccupancyGrid  # noqa: E402
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
-from visualization_msgs.msg import Marker  # noqa: E402
-
-from wallnav_ros.nodes.conversions import pose_message  # noqa: E402
-from wallnav_ros.nodes.topics import LATCHED  # noqa: E402
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from visualization_msgs.msg import Marker
+from wallnav_ros.nodes.conversions import pose_message
+from wallnav_ros.nodes.topics import LATCHED
 
 TIMEOUT = 20.0
 BLOCK = np.full((4, 6), 254)

@@ -22,10 +22,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 import shapely
-import yaml
-
 from wallnav_ros.world.files import atomic_write
 from wallnav_ros.world.walls import Walls
+import yaml
 
 FREE, OCCUPIED = 255, 0
 MOST_CELLS = 100_000_000
