@@ -27,6 +27,7 @@ import pytest
 
 from wallnav_ros.simulation.episodes import (
     CLEARANCE, draw_episode, Episode, GOAL_CLEARANCE)
+from wallnav_ros.simulation.free_space import Passage
 from wallnav_ros.simulation.scenarios import load_scenario, ScenarioError
 
 CELLS = [(name, case) for name in ('curve_path', 'cross_path')
@@ -140,6 +141,19 @@ def test_who_stands_for_good_leaves_the_robots_goal_free(name):
 
 
 @pytest.mark.parametrize('name', ['curve_path', 'cross_path'])
+def test_standing_agents_leave_the_robot_a_way():
+    scenario = load_scenario('cross_path')
+    for seed in range(20):
+        episode = draw_episode(scenario, 'static', seed)
+        # An exact search on discs: the way is open where the robot's centre may pass.
+        points = scenario.free
+        clear = np.linalg.norm(points[:, None] - episode.start, axis=2) - episode.radius
+        room = np.minimum(clear.min(axis=1), scenario.walls.distance(points))
+        passage = Passage(points[room > 0.2], scenario.field, scenario.start[:2], scenario.goal,
+                          0.0)
+        assert passage.admits(np.array([99.0, 99.0]), 0.0)
+
+
 def test_static_agents_stay_and_walking_ones_have_somewhere_to_go(name):
     for episode in drawn(name, 'mixed'):
         length = np.linalg.norm(episode.goal - episode.start, axis=1)

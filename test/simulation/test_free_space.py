@@ -21,7 +21,8 @@ import numpy as np
 import pytest
 
 from wallnav_ros.mapping.distance_field import distance_field
-from wallnav_ros.simulation.free_space import CELL, CLEARANCE, free_points, within_polygon
+from wallnav_ros.simulation.free_space import (
+    CELL, CLEARANCE, free_points, Passage, within_polygon)
 from wallnav_ros.world.walls import Walls
 
 ROOMS = Walls.from_polylines([[[0, 0], [4, 0], [4, 2], [0, 2]], [[2, 0], [2, 1.9]]], closed=True)
@@ -75,3 +76,32 @@ def test_a_point_lies_within_a_polygon_by_the_even_odd_rule(point, inside):
     shape = np.array([[0, 0], [1, 0], [1, 1.5], [2, 1.5], [2, 2], [0, 2]], dtype=float)
 
     assert within_polygon(np.array([point]), shape).tolist() == [inside]
+
+
+@pytest.fixture
+def corridor_passage():
+    """A corridor 2 m wide and 6 m long, for a disc that needs 0.3 m to each side."""
+    walls = Walls.from_polylines([[[0, 0], [6, 0], [6, 2], [0, 2]]], closed=True)
+    field = distance_field(walls)
+    start, goal = np.array([0.5, 1.0]), np.array([5.5, 1.0])
+    return Passage(free_points(walls, field, start, goal), field, start, goal, 0.3)
+
+
+@pytest.mark.parametrize('y, radius, admitted', [
+    (1.0, 0.1, True),      # 0.9 m to each side
+    (1.0, 0.5, False),     # 0.5 m to each side, 0.6 m are needed
+    (0.5, 0.5, True),      # 1 m on one side
+])
+def test_a_disc_is_admitted_where_it_leaves_a_way(corridor_passage, y, radius, admitted):
+    assert corridor_passage.admits(np.array([3.0, y]), radius) == admitted
+
+
+def test_two_discs_that_each_leave_a_way_may_close_it_together(corridor_passage):
+    low, high = np.array([3.0, 0.5]), np.array([3.0, 1.8])
+    assert corridor_passage.admits(low, 0.5)
+    assert corridor_passage.admits(high, 0.2)
+
+    corridor_passage.block(low, 0.5)
+
+    # 0.6 m would be enough, 1.8 - 0.2 - 1.0 = 0.6 m between them is not: nodes are 0.1 m apart.
+    assert not corridor_passage.admits(high, 0.25)

@@ -22,12 +22,13 @@ from zlib import crc32
 
 import numpy as np
 
-from wallnav_ros.simulation.free_space import CELL
+from wallnav_ros.simulation.free_space import CELL, Passage
 from wallnav_ros.simulation.scenarios import Scenario, ScenarioError
 from wallnav_ros.world.state import Robot
 
 CLEARANCE = 0.05       # m, kept free between a new agent and walls or other agents
 GOAL_CLEARANCE = 0.2   # m, kept free around the robot's goal, or nobody could reach it
+PASSAGE = 0.1          # m, room to each side of the robot on the way that standing agents leave
 MIN_WALK = 4.0         # m, a walking agent's goal is this far, or the farthest that was found
 ATTEMPTS = 2000
 GOAL_ATTEMPTS = 30
@@ -80,6 +81,9 @@ class _Draw:
         self.rng = rng
         self.robot = robot
         self.rows = []
+        # Whoever stands, now or for ever once at the goal, leaves the robot a way.
+        self.passage = Passage(scenario.free, scenario.field, robot.position, robot.goal,
+                               robot.radius + PASSAGE)
 
     def add(self, walks):
         """Place one more agent; ScenarioError after too many attempts."""
@@ -94,9 +98,12 @@ class _Draw:
             if not self._start_is_clear(start, radius, walks):
                 continue
             goal = self._goal(start, radius, region, returns) if walks else start
-            if goal is not None:
-                self.rows.append((start, goal, radius, speed, returns))
-                return
+            if goal is None or not (returns or self.passage.admits(goal, radius)):
+                continue
+            if not returns:
+                self.passage.block(goal, radius)
+            self.rows.append((start, goal, radius, speed, returns))
+            return
         raise ScenarioError(
             f'{self.scenario.path}: cases: no room for agent {len(self.rows) + 1} after '
             f'{ATTEMPTS} attempts; ask for fewer or smaller agents')

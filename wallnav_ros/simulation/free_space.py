@@ -48,6 +48,43 @@ def free_points(walls, field, start, goal, margin=0.0):
     return grid[label == label[row, column]]
 
 
+class Passage:
+    """
+    Whether a disc can still get from `start` to `goal` (2,) between those that stand about.
+
+    points: (P, 2) of `free_points`; field: the walls' distances; radius: of the disc, with the
+    room it needs, in metres. All in one frame.
+    """
+
+    def __init__(self, points, field, start, goal, radius):
+        self._points, self._radius = points, radius
+        low = points.min(axis=0)
+        self._cells = np.round((points - low) / CELL).astype(int)
+        self._ends = [int(np.linalg.norm(points - end, axis=1).argmin()) for end in (start, goal)]
+        self._open = field.at(points) > radius
+        # Both ends were asked for, so they count as open however tight the place is.
+        self._open[self._ends] = True
+
+    def admits(self, position, radius):
+        """Return whether a way is left beside one more disc at `position` (2,) of `radius` m."""
+        return self._connected(self._open & self._clear_of(position, radius))
+
+    def block(self, position, radius):
+        """Let a disc at `position` (2,) of `radius` metres stand there from now on."""
+        self._open &= self._clear_of(position, radius)
+
+    def _clear_of(self, position, radius):
+        offset = self._points - position
+        return np.einsum('ij,ij->i', offset, offset) > (radius + self._radius) ** 2
+
+    def _connected(self, is_open):
+        grid = np.zeros(self._cells.max(axis=0) + 1, dtype=np.uint8)
+        grid[tuple(self._cells[is_open].T)] = 1
+        _, label = cv2.connectedComponents(grid, connectivity=8)
+        start, goal = (label[tuple(self._cells[end])] for end in self._ends)
+        return bool(start == goal != 0)
+
+
 def within_polygon(points, polygon):
     """Return which of `points` (P, 2) lie inside `polygon` (K, 2), by the even-odd rule."""
     x, y = points[:, 0, None], points[:, 1, None]
