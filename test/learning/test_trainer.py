@@ -148,14 +148,14 @@ def test_another_seed_trains_another(finished, tmp_path, tiny):
     assert not same_weights(other.target.tensors(), finished.target.tensors())
 
 
-@pytest.mark.parametrize('stop', [2, 6])
+@pytest.mark.parametrize('stop', [{'imitated': 2}, {'episodes': 2}, {'episodes': 6}])
 def test_a_resumed_run_ends_as_if_never_interrupted(finished, tmp_path, monkeypatch, stop, tiny):
     monkeypatch.setattr(trainer_module, 'CHECKPOINT_SECONDS', 0.0)
 
     class Killed(trainer_module.Trainer):
 
         def _draw(self, count):
-            if self.counts['episodes'] >= stop:
+            if all(self.counts[name] >= count for name, count in stop.items()):
                 raise KeyboardInterrupt
             return super()._draw(count)
     with pytest.raises(KeyboardInterrupt):
@@ -169,6 +169,20 @@ def test_a_resumed_run_ends_as_if_never_interrupted(finished, tmp_path, monkeypa
     assert rows_of(tmp_path / 'evaluation.csv') == rows_of(finished.out / 'evaluation.csv')
     for one, other in zip(rows_of(tmp_path / 'log.csv'), rows_of(finished.out / 'log.csv')):
         assert {**one, 'seconds': ''} == {**other, 'seconds': ''}
+
+
+def test_a_run_killed_while_it_evaluates_evaluates_when_resumed(finished, tmp_path, tiny):
+    class Killed(trainer_module.Trainer):
+
+        def evaluate(self):
+            raise KeyboardInterrupt
+    with pytest.raises(KeyboardInterrupt):
+        Killed(tiny, tmp_path).run()
+    resumed = trainer_module.Trainer(tiny, tmp_path)
+    resumed.run(resume=True)
+
+    assert resumed.counts['episodes'] == 8
+    assert rows_of(tmp_path / 'evaluation.csv') == rows_of(finished.out / 'evaluation.csv')
 
 
 def test_resuming_a_finished_run_changes_nothing(tmp_path, finished, tiny):

@@ -76,26 +76,28 @@ class Trainer:
             load_checkpoint(self)
         self.imitate()
         self.learn()
-        evaluated = [row['episodes'] for row in self.rows['evaluation'][-1:]]
-        if evaluated != [self.counts['episodes']]:
+        if self._evaluated() < self.counts['episodes']:
             self.evaluate()
-        save_checkpoint(self)
+        self._save()
         return self.out / f'{self.settings.name}.npz'
 
     def imitate(self):
         """Fill the memory with ORCA demonstrations and fit the network to their returns."""
         settings = self.settings
-        if self.counts['imitated'] >= settings.imitation_episodes:
-            return
         actor = Demonstrator(OrcaPolicy(self.actions, settings.time_step))
-        for start in tqdm(range(0, settings.imitation_episodes, settings.parallel),
-                          'imitation', unit='batch'):
-            count = min(settings.parallel, settings.imitation_episodes - start)
+        bar = tqdm(total=settings.imitation_episodes, initial=self.counts['imitated'],
+                   desc='imitation', unit='episode')
+        while self.counts['imitated'] < settings.imitation_episodes:
+            count = min(settings.parallel, settings.imitation_episodes - self.counts['imitated'])
             states, returns, _ = gather(self._draw(count), actor, self._rule((1,)), trace=1.0)
             self.memory.add(states, returns)
-        self._update(settings.imitation_updates)
-        self.target.load_state_dict(self.network.state_dict())
-        self.counts['imitated'] = settings.imitation_episodes
+            self.counts['imitated'] += count
+            bar.update(count)
+            self._save_when_due()
+        bar.close()
+        if settings.imitation_episodes and not self.counts['episodes']:
+            self._update(settings.imitation_updates)
+            self.target.load_state_dict(self.network.state_dict())
 
     def learn(self):
         """Alternate episodes under the target network with updates; evaluate and checkpoint."""
@@ -103,9 +105,12 @@ class Trainer:
         bar = tqdm(total=settings.episodes, initial=self.counts['episodes'], desc='learning',
                    unit='episode')
         while self.counts['episodes'] < settings.episodes:
+            every = settings.evaluate_every
+            if self.counts['episodes'] // every > self._evaluated() // every:
+                self._save()
+                self.evaluate()
             began = time.monotonic()
-            before = self.counts['episodes']
-            count = min(settings.parallel, settings.episodes - before)
+            count = min(settings.parallel, settings.episodes - self.counts['episodes'])
             # One horizon a round: the values then hold for every look the policy averages.
             rule = self._rule((int(self.rng.choice(settings.horizons)),))
             lookahead = Lookahead(NetworkValue(self.target), self.actions, rule)
@@ -118,12 +123,7 @@ class Trainer:
             self._log(loss, outcomes, float(returns.mean()))
             bar.update(count)
             bar.set_postfix(loss=f'{loss:.3f}', goal=f'{outcomes.count("goal") / count:.0%}')
-            every = settings.evaluate_every
-            if self.counts['episodes'] // every > before // every:
-                self.evaluate()
-            if time.monotonic() - self._saved > CHECKPOINT_SECONDS:
-                save_checkpoint(self)
-                self._saved = time.monotonic()
+            self._save_when_due()
         bar.close()
 
     def evaluate(self):
@@ -149,6 +149,18 @@ class Trainer:
             self.counts['best'] = float(score)
             export_weights(self, self.out / f'{settings.name}.npz')
         self._write_logs()
+
+    def _evaluated(self):
+        """Return after how many episodes the last evaluation was."""
+        return max((row['episodes'] for row in self.rows['evaluation']), default=0)
+
+    def _save_when_due(self):
+        if time.monotonic() - self._saved > CHECKPOINT_SECONDS:
+            self._save()
+
+    def _save(self):
+        save_checkpoint(self)
+        self._saved = time.monotonic()
 
     def _check_crowds(self):
         """Raise SettingsError now rather than when the first such crowd is drawn."""
