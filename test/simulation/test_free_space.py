@@ -80,7 +80,7 @@ def test_a_point_lies_within_a_polygon_by_the_even_odd_rule(point, inside):
 
 @pytest.fixture
 def corridor_passage():
-    """A corridor 2 m wide and 6 m long, for a disc that needs 0.3 m to each side."""
+    """Return the passage of a disc that needs 0.3 m to each side, in a corridor of 2 m x 6 m."""
     walls = Walls.from_polylines([[[0, 0], [6, 0], [6, 2], [0, 2]]], closed=True)
     field = distance_field(walls)
     start, goal = np.array([0.5, 1.0]), np.array([5.5, 1.0])
