@@ -224,6 +224,17 @@ def test_text_that_is_not_yaml_is_refused(write, text):
     assert refusal(write(text)).startswith('not valid YAML')
 
 
+def test_aliases_are_refused_before_they_grow(write):
+    """Nine lists of nine of the last: a billion numbers from 300 characters."""
+    lists = ['&a [1, 1, 1, 1, 1, 1, 1, 1, 1]']
+    lists += [f'&{name} [{", ".join(["*" + last] * 9)}]' for last, name in zip('abcdefgh',
+                                                                              'bcdefghi')]
+
+    line = refusal(write('walls: [' + ', '.join(lists) + ']'))
+
+    assert line == 'not valid YAML: aliases (*name) are not supported; write it out'
+
+
 def test_bytes_that_are_not_text_are_refused(tmp_path):
     path = tmp_path / 'image.yaml'
     path.write_bytes(bytes(range(128, 256)))

@@ -113,13 +113,23 @@ def load_scenario(name):
     """
     path = find_asset('scenarios', str(name), '.yaml')
     try:
-        document = yaml.safe_load(path.read_text())
+        document = yaml.load(path.read_text(), _PlainLoader)
     # ValueError: not UTF-8, or a date such as 2026-13-01; RecursionError: nested too deeply.
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         raise ScenarioError(f'{path}: not valid YAML: {" ".join(str(error).split())}') from None
     if not isinstance(document, dict):
         raise ScenarioError(f'{path}: expected a mapping with name, walls or map, robot, cases')
     return _Reader(path, document).scenario()
+
+
+class _PlainLoader(yaml.SafeLoader):
+    """Safe YAML without aliases: nested ones grow a small file beyond all memory."""
+
+    def compose_node(self, parent, index):
+        """Compose a node that is written out."""
+        if self.check_event(yaml.AliasEvent):
+            raise yaml.YAMLError('aliases (*name) are not supported; write it out')
+        return super().compose_node(parent, index)
 
 
 class _Reader:
