@@ -227,8 +227,8 @@ def test_text_that_is_not_yaml_is_refused(write, text):
 def test_aliases_are_refused_before_they_grow(write):
     """Nine lists of nine of the last: a billion numbers from 300 characters."""
     lists = ['&a [1, 1, 1, 1, 1, 1, 1, 1, 1]']
-    lists += [f'&{name} [{", ".join(["*" + last] * 9)}]' for last, name in zip('abcdefgh',
-                                                                              'bcdefghi')]
+    lists += [f'&{name} [{", ".join(["*" + last] * 9)}]'
+              for last, name in zip('abcdefgh', 'bcdefghi')]
 
     line = refusal(write('walls: [' + ', '.join(lists) + ']'))
 
