@@ -33,9 +33,7 @@ def weigh_motion(table, rows, still, fresh, apart, vacated, gait, elapsed, setti
     """
     gone = np.linalg.norm(table.position[rows] - table.trail[rows, -1], axis=1)
     doubt = np.sqrt(table.covariance[rows, 0]) + settings.body_noise
-    speed = np.linalg.norm(table.velocity[rows], axis=1)
-    moved = ((gone > settings.walking_distance) & (gone > 3.0 * doubt)
-             & (speed > settings.walking_speed))
+    moved = (gone > settings.walking_distance) & (gone > 3.0 * doubt)
     earned = table.human[rows] & (
         (table.proof[rows] > settings.earned_proof) | (table.pair[rows] > 0.3))
     rate = (settings.fresh_rate * np.where((fresh > still) & (gone > 2.0 * doubt), fresh, 0.0)

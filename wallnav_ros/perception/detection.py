@@ -70,29 +70,35 @@ def place_beams(scan, wanted, sweep, settings):
 
 
 def judge_points(points, scan, views, settings):
-    """Return (still, fresh), each (P,) bool: what earlier `views` say of `points` (P, 2)."""
+    """
+    Return (still, fresh, background), each (P,) bool: what earlier `views` say of `points` (P, 2).
+
+    still: mostly occupied before; fresh: mostly empty; background: occupied long before.
+    """
     if not views or not len(points):
         nothing = np.zeros(len(points), dtype=bool)
-        return nothing, nothing
+        return nothing, nothing, nothing
     free, occupied = look_up(views, scan, points, settings.view_lateral, settings.view_depth,
                              settings.view_slack)
     empty, full = free.sum(axis=0), occupied.sum(axis=0)
-    return full > empty, empty > 2 * full
+    old = np.array([scan.stamp - view.stamp > settings.background_age for view in views])
+    background = occupied[old].sum(axis=0) > free[old].sum(axis=0)
+    return full > empty, empty > 2 * full, background
 
 
-def detect(scan, hits, points, pose, still, fresh, expected, settings):
+def detect(scan, hits, points, pose, evidence, expected, settings):
     """
     Return the Detections among `points` (P, 2), the ends of beams `hits` (P,) of `scan`.
 
-    pose: (3,) of the laser. still, fresh: (P,) bool. expected: (N, 2) where people should be.
+    pose: (3,) of the laser. evidence: what `judge_points` says. expected: (N, 2) where people should be.
     """
+    still, fresh, background = evidence
     step = abs(scan.angle_increment)
     owner = split_runs(scan.angles[hits], scan.ranges[hits], step, scan.full_circle,
                        settings.break_distance, settings.beam_factor)
     clusters = describe(points, pose[:2], owner, step)
-    wide = np.maximum(clusters.width, clusters.depth) > settings.body_width
-    if wide.any():
-        owner = _cut(owner, wide[owner], points, still, expected, settings)
+    if (np.maximum(clusters.width, clusters.depth) > settings.body_width).any():
+        owner = _cut(owner, clusters, points, background, expected, settings)
         clusters = describe(points, pose[:2], owner, step)
     size = np.maximum(clusters.width, clusters.depth)
     chosen = np.flatnonzero(size <= settings.largest_width)
@@ -119,17 +125,23 @@ def _stand_apart(scan, hits, points, pose, settings):
     return np.hypot(groups.width, groups.depth)[group] < settings.apart_width
 
 
-def _cut(owner, wide, points, still, expected, settings):
+def _cut(owner, clusters, points, background, expected, settings):
     """Return new owners (P,): wide clusters cut at the background's edge and around people."""
-    which = np.flatnonzero(wide)
-    kind = np.where(_smooth(still)[which], -1, 0)
+    size = np.maximum(clusters.width, clusters.depth)
+    which = np.flatnonzero((size > settings.body_width)[owner])
+    kind = np.where(_smooth(background)[which], -1, 0)
     if len(expected):
         gap = np.linalg.norm(points[which, None] - expected[None], axis=2)
         nearest = gap.argmin(axis=1)
         mine = (gap[np.arange(len(which)), nearest] < settings.carve_radius) & (kind == 0)
-        kind = np.where(mine, nearest + 1, kind)
+        # One person in a cluster of a person's size needs no cutting out.
+        people = np.zeros((len(clusters), len(expected)), dtype=bool)
+        people[owner[which[mine]], nearest[mine]] = True
+        several = people.sum(axis=1)[owner[which]] > 1
+        large = (size > settings.largest_width)[owner[which]]
+        kind = np.where((mine & large) | (several & (kind == 0)), nearest + 1, kind)
     label = np.zeros(len(owner), dtype=np.intp)
-    label[which] = kind - kind.min()
+    label[which] = kind - kind.min(initial=0)
     pairs = owner * (label.max() + 1) + label
     return np.unique(pairs, return_inverse=True)[1]
 

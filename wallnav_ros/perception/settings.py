@@ -67,7 +67,9 @@ class TrackerSettings:
     """views; their ages grow in equal ratios, so that eight reach back half a minute."""
     view_age: float = 0.35
     """s; younger views show a walker still where it is."""
-    clear_range: float = 4.0
+    background_age: float = 2.0
+    """s; what was there so long ago belongs to the place, not to somebody passing."""
+    clear_range: float = 7.0
     """m; a beam without a return proves free space only this far: dark cloth absorbs."""
 
     # Ego-motion.
@@ -89,9 +91,9 @@ class TrackerSettings:
     """rad; after that, a third of a scanner's view is new."""
 
     # Motion.
-    acceleration_noise: float = 0.8
-    """m/s^2 over root Hz; people change their velocity by about 1 m/s within a second."""
-    body_noise: float = 0.04
+    acceleration_noise: float = 0.4
+    """m/s^2 over root Hz; people change their velocity by about 0.4 m/s within a second."""
+    body_noise: float = 0.03
     """m; how well the centre of a body is known: range noise and the side that is seen."""
     leg_noise: float = 0.10
     """m; where the body is when one leg is seen: a quarter of a stride away."""
@@ -113,6 +115,13 @@ class TrackerSettings:
     size_cost: float = 0.5
     """squared deviations for each squared log ratio of sizes; legs merge and part."""
 
+    leg_gap: float = 0.35
+    """m between two tracks of legs that are one person's: they pass each other in each step."""
+    leg_drift: float = 0.7
+    """m/s between the two; more, and they are two people who pass."""
+    edge_margin: float = 0.05
+    """m beyond a disc where its limb, hit at a slant, may break off as a cluster of its own."""
+
     # Life.
     confirm_time: float = 0.25
     """s; clutter flickers for a scan or two, things stay."""
@@ -129,7 +138,7 @@ class TrackerSettings:
 
     # Human or obstacle.
     trail_spacing: float = 0.2
-    """s; the trail of six places spans a second, long enough to tell walking from swaying."""
+    """s; the trail of eight places spans a second and a half, long enough to tell walking from swaying."""
     walking_speed: float = 0.25
     """m/s; slower drift is explained by the changing view of a thing that stands still."""
     walking_distance: float = 0.25
@@ -148,7 +157,7 @@ class TrackerSettings:
     """log-odds a second while it moves and where it was is seen empty."""
     moved_rate: float = 3.0
     """log-odds a second while it moves and no earlier view speaks against it."""
-    still_rate: float = 4.0
+    still_rate: float = 2.5
     """log-odds a second against, while all of a thing is where something always was."""
     human_odds: float = 2.0
     """log-odds; 88 % sure to name it human, 88 % sure to take the name away."""

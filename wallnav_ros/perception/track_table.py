@@ -21,7 +21,7 @@ A constant-velocity model with the same noise along x and y needs one 2 x 2 cova
 import numpy as np
 
 # Places remembered of each track, one every `trail_spacing` seconds.
-TRAIL = 6
+TRAIL = 8
 
 
 class TrackTable:

@@ -78,9 +78,8 @@ class Tracker:
             sensor, ViewMemory(settings.view_spacing, settings.view_count))
         view = make_view(scan, compose(pose, 0.5 * sweep), settings.clear_range)
         earlier = memory.older_than(scan.stamp - settings.view_age, view)
-        still, fresh = judge_points(points, scan, earlier, settings)
-        seen = detect(scan, hits, points, pose, still, fresh,
-                      table.position[table.human], settings)
+        evidence = judge_points(points, scan, earlier, settings)
+        seen = detect(scan, hits, points, pose, evidence, table.position[table.human], settings)
         match = associate(table, seen, settings)
         self._correct(seen, match, scan, view, elapsed)
         self._miss(match, scan, view, elapsed)
@@ -182,17 +181,20 @@ class Tracker:
         table.add(position, radius, pair, stamp, settings)
 
     def _merge(self):
-        """Join pairs of tracks that are one person's two legs."""
+        """Drop tracks that are another's second leg, or the edge of another's disc."""
         settings, table = self.settings, self._table
         if len(table) < 2:
             return
-        rows = np.flatnonzero((table.motion > 0.0) & (table.radius < settings.stride / 2.0))
-        gap = np.linalg.norm(table.position[rows, None] - table.position[None, rows], axis=2)
-        drift = np.linalg.norm(table.velocity[rows, None] - table.velocity[None, rows], axis=2)
-        one, two = np.nonzero(np.triu((gap < 0.35) & (drift < 0.7), k=1))
-        lost = np.zeros(len(table), dtype=bool)
-        lost[np.where(table.human[rows[two]] & ~table.human[rows[one]], rows[one], rows[two])] = True
-        table.keep(~lost)
+        gap = np.linalg.norm(table.position[:, None] - table.position[None], axis=2)
+        drift = np.linalg.norm(table.velocity[:, None] - table.velocity[None], axis=2)
+        leg = (table.motion > 0.0) & (table.radius < settings.stride / 2.0)
+        twin = leg[:, None] & leg[None] & (gap < settings.leg_gap) & (drift < settings.leg_drift)
+        edge = ((gap < table.radius[None] + settings.edge_margin)
+                & (table.radius[None] > settings.leg_width)
+                & (table.radius[:, None] < 0.5 * table.radius[None]))
+        # Who stays: people before things, then the elder (rows are in order of birth).
+        rank = table.human * len(table) - np.arange(len(table))
+        table.keep(~((twin & (rank[:, None] < rank[None])) | edge).any(axis=1))
 
     def _crowded(self):
         """Return (N,) bool: a leg beside a person, who may well be its owner."""
@@ -208,7 +210,7 @@ class Tracker:
         human = table.human[shown]
         speed = np.linalg.norm(table.velocity[shown], axis=1)
         doubt = np.sqrt(table.covariance[shown, 2])
-        moving = human & (speed > 2.0 * doubt)
+        moving = speed > doubt * np.where(human, 1.0, 3.0)
         velocity = np.where(moving[:, None], table.velocity[shown], 0.0)
         label = np.where(human, HUMAN, OBSTACLE).astype(np.uint8)
         outward = invert(self._motion.correction)
