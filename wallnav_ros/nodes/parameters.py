@@ -24,15 +24,14 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 
 
-def declare(node, name, default, description, limits=None, choices=None, live=False):
+def declare(node, name, default, description, limits=None, choices=None):
     """
-    Declare a parameter of `node` and return its value.
+    Declare a parameter of `node`, fixed while it runs, and return its value.
 
     limits: (low, high), inclusive, for numbers. choices: the strings allowed.
-    live: whether it may be changed while the node runs.
     Raises ValueError (one line: parameter, value, what is allowed).
     """
-    descriptor = ParameterDescriptor(description=description, read_only=not live)
+    descriptor = ParameterDescriptor(description=description, read_only=True)
     if choices is not None:
         descriptor.additional_constraints = f'one of {", ".join(choices)}'
     if limits is not None and isinstance(default, float):

@@ -37,6 +37,7 @@ from wallnav_ros.mapping.occupancy_map import load_map
 from wallnav_ros.mapping.wall_extraction import extract_walls
 from wallnav_ros.navigation.localisation import Localisation, MAP
 from wallnav_ros.navigation.navigator import Navigator, NavigatorSettings, Status
+from wallnav_ros.navigation.stopping import BaseLimits
 from wallnav_ros.navigation.watchdogs import Stop
 from wallnav_ros.nodes import conversions as convert
 from wallnav_ros.nodes.health import Latencies, navigation_status
@@ -296,7 +297,7 @@ def _make_navigator(node):
         localisation_timeout=declare(
             node, 'localisation_timeout', defaults.localisation_timeout,
             's without a pose in the map while driving', (0.1, 60.0)),
-        tracks_given=source == 'topic')
+        tracks_given=source == 'topic', base=_declare_base(node))
     tracker = Tracker(declare_settings(node, 'tracker', TrackerSettings()))
     model = declare(node, 'model', 'wallnav', 'weight file, or name of a shipped one')
     lookahead = Lookahead.from_weights(load_value_function(find_asset('models', model, '.npz')))
@@ -309,6 +310,19 @@ def _make_navigator(node):
                           Localisation(odom_in_map if fixed else None))
     navigator.laser_pose = laser_pose
     return navigator
+
+
+def _declare_base(node):
+    defaults = BaseLimits()
+    return BaseLimits(
+        acceleration=declare(node, 'acceleration', defaults.acceleration,
+                             'm/s^2, of speeding up and braking', (0.05, 50.0)),
+        turn_acceleration=declare(node, 'turn_acceleration', defaults.turn_acceleration,
+                                  'rad/s^2', (0.05, 100.0)),
+        latency=declare(node, 'latency', defaults.latency,
+                        's until a command takes effect', (0.0, 1.0)),
+        clearance=declare(node, 'clearance', defaults.clearance,
+                          'm kept from everything', (0.0, 1.0)))
 
 
 def main(args=None):
