@@ -85,31 +85,32 @@ class Replay:
     left_out: Counter
 
 
-class _Timed:
-    """Calls a function and keeps how many milliseconds each call took."""
+class _Stopwatch:
+    """Stands for an object and keeps how many milliseconds each call of one method took."""
 
-    def __init__(self, function):
-        self._function, self.spent = function, []
+    def __init__(self, target, method):
+        self._target, self.spent = target, []
+        self._timed = getattr(target, method)
+        setattr(self, method, self._call)
 
-    def __call__(self, *positional, **named):
+    def _call(self, *positional, **named):
         started = perf_counter()
-        result = self._function(*positional, **named)
+        result = self._timed(*positional, **named)
         self.spent.append(1e3 * (perf_counter() - started))
         return result
 
-
-class _TimedTracker:
-
-    def __init__(self, tracker, mount, has_odometry):
-        # Whether a robot without odometry stands is for the scans to tell, as in the node.
-        self.update = _Timed(tracker.update if has_odometry else (
-            lambda scan, pose, **_: tracker.update(scan, mount.pose, odometry=False)))
+    def __getattr__(self, name):
+        return getattr(self._target, name)
 
 
-class _TimedLookahead:
+class _ScanOnly:
+    """A Tracker that is told nothing of the robot's motion, as the node does without odometry."""
 
-    def __init__(self, lookahead):
-        self.rule, self.decide = lookahead.rule, _Timed(lookahead.decide)
+    def __init__(self, tracker, mount):
+        self._tracker, self._mount = tracker, mount
+
+    def update(self, scan, *_, **__):
+        return self._tracker.update(scan, self._mount.pose, odometry=False)
 
 
 def replay_recording(recording, stage: Stage, tracker: Tracker, lookahead: Lookahead,
@@ -121,8 +122,9 @@ def replay_recording(recording, stage: Stage, tracker: Tracker, lookahead: Looka
     progress: called with 1 for each scan done.
     """
     has_odometry = recording.odom_topic is not None
-    tracker = _TimedTracker(tracker, stage.mount, has_odometry)
-    lookahead = _TimedLookahead(lookahead)
+    tracker = _Stopwatch(
+        tracker if has_odometry else _ScanOnly(tracker, stage.mount), 'update')
+    lookahead = _Stopwatch(lookahead, 'decide')
     place = Localisation(stage.map_from_odom)
     navigator = Navigator(lookahead, tracker, stage.settings, place)
     navigator.laser_pose = stage.mount.pose
@@ -144,7 +146,7 @@ def replay_recording(recording, stage: Stage, tracker: Tracker, lookahead: Looka
         log.add_status(scan.stamp, navigator.update(now, now), navigator.plan)
         if progress is not None:
             progress(1)
-    return log.replay(tracker.update.spent, lookahead.decide.spent,
+    return log.replay(tracker.spent, lookahead.spent,
                       recording.rejected + navigator.rejected)
 
 
