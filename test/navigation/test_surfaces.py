@@ -82,6 +82,17 @@ def test_distances_are_to_the_nearer_of_wall_and_surface(rng):
     np.testing.assert_allclose(field.at(probes), exact, atol=0.075)
 
 
+def test_mapped_walls_are_carried_over_whatever_the_grid_they_are_on(rng):
+    # A smooth field on a grid that is turned, coarser and ends 3 m to the right.
+    pose = np.array([-6.0, -9.0, 0.4])
+    rows, columns = np.mgrid[:160, :120] * 0.08
+    walls = DistanceField((2.0 + 0.3 * rows + 0.2 * columns).astype(np.float32), pose, 0.08)
+    field = add_surfaces(np.array([[7.9, 7.9]]), walls, np.zeros(2))
+    probes = rng.uniform(-6.0, 6.0, (200, 2))
+    probes = probes[np.linalg.norm(probes - 7.9, axis=1) > 8.0]
+    np.testing.assert_allclose(field.at(probes), walls.at(probes), atol=0.02)
+
+
 def test_surfaces_far_from_the_robot_do_not_count():
     field = add_surfaces(np.array([[20.0, 0.0]]), None, np.zeros(2))
     assert field.at(np.array([0.0, 0.0])) > 10.0

@@ -22,7 +22,7 @@ import cv2
 import numpy as np
 
 from wallnav_ros.world.distance_field import DistanceField
-from wallnav_ros.world.geometry import to_parent
+from wallnav_ros.world.geometry import to_child, to_parent
 from wallnav_ros.world.state import Agents
 
 RESOLUTION = 0.05      # m
@@ -74,7 +74,16 @@ def add_surfaces(points, walls, centre):
     free[row, column] = 0
     distance = cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_5) * RESOLUTION
     if walls is not None:
-        steps = RESOLUTION * np.arange(size)
-        nodes = np.stack(np.meshgrid(corner[0] + steps, corner[1] + steps), axis=-1)
-        distance = np.minimum(distance, walls.at(nodes).astype(np.float32))
+        np.minimum(distance, _resample(walls, corner, size), out=distance)
     return DistanceField(distance, np.array([*corner, 0.0]), RESOLUTION)
+
+
+def _resample(walls, corner, size):
+    """Return `walls` looked up at (size, size) nodes, RESOLUTION apart, from `corner` (2,) on."""
+    # cv2 does in half a millisecond what `walls.at` takes twenty for, to 1/32 of a cell.
+    nodes = to_child(walls.pose, corner + RESOLUTION * np.array([[0, 0], [1, 0], [0, 1]]))
+    nodes /= walls.resolution
+    to_cells = np.stack((nodes[1] - nodes[0], nodes[2] - nodes[0], nodes[0]), axis=1)
+    return cv2.warpAffine(np.ascontiguousarray(walls.distance, dtype=np.float32), to_cells,
+                          (size, size), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
+                          borderMode=cv2.BORDER_REPLICATE)
