@@ -60,8 +60,9 @@ def main(arguments=None):
         print(f'extract_walls: {error}', file=sys.stderr)
         return 2
     except OSError as error:
-        print(f'extract_walls: {error.filename}: {error.strerror}; choose another place to write '
-              'to', file=sys.stderr)
+        place = error.filename2 or error.filename or 'writing'
+        print(f'extract_walls: {place}: {error.strerror}; choose another place to write to',
+              file=sys.stderr)
         return 2
     stats = extraction.stats
     print(f"{options.map}: {stats['width']} x {stats['height']} cells of "
