@@ -25,6 +25,8 @@ VENV := .venv
 OLDEST := .venv-oldest
 IN_VENV := $(VENV)/bin/python
 PYTEST := -m pytest
+# The tests of what runs on a robot.
+ROBOT_TESTS := $(wildcard $(addprefix test/,world mapping perception policy navigation nodes))
 LISTS := $(wildcard requirements/*) setup.py setup.cfg
 
 # A Python with ROS 2 from wheels hands these to its children, and they bind another
@@ -84,7 +86,7 @@ test-oldest: $(VENV)/.test-installed
 	else \
 		$(MAKE) --no-print-directory $(OLDEST)/.oldest-installed && \
 		$(OLDEST)/bin/python $(PYTEST) -q -m 'not extras and not linter' \
-			test/world test/mapping test/perception test/policy test/navigation test/nodes; \
+			$(ROBOT_TESTS); \
 	fi
 
 test: lint test-oldest
