@@ -80,6 +80,6 @@ def settle_labels(table, barred, settings):
     barred: (N,) bool, tracks that must not become human now.
     """
     certain = (table.motion > settings.human_odds) & (table.score >= 1.0)
-    certain &= (table.reach > settings.swing) & (table.hits > 0.6)
+    certain &= (table.reach > settings.swing) & (table.hits > 0.6) & (table.apart > 0.3)
     table.human |= certain & ~barred
     table.human &= table.motion > -settings.human_odds

@@ -38,7 +38,8 @@ class Detections:
     still: (D,) share of the beams that end where earlier views saw a surface too.
     fresh: (D,) share of the beams that end where earlier views saw nothing.
     apart: (D,) bool, stands clear of anything larger than a person.
-    leg: (D,) bool, no wider than a leg. noise: (D,) metres, error of a coordinate.
+    leg: (D,) bool, no wider than a leg. hidden: (D,) bool, something nearer covers a side.
+    noise: (D,) metres, error of a coordinate.
     """
 
     position: np.ndarray
@@ -48,6 +49,7 @@ class Detections:
     fresh: np.ndarray
     apart: np.ndarray
     leg: np.ndarray
+    hidden: np.ndarray
     noise: np.ndarray
 
     def __len__(self):
@@ -112,8 +114,26 @@ def detect(scan, hits, points, pose, evidence, expected, settings):
     radius = 0.5 * clusters.width[chosen]
     leg = clusters.width[chosen] <= settings.leg_width + step * distance
     noise = np.hypot(settings.body_noise, 0.3 * step * distance)
+    hidden = _half_hidden(scan, hits, owner, total, settings)[chosen]
+    hidden &= radius > settings.thin_radius
     centre = clusters.centroid[chosen] + sight * (_FRONT * radius)[:, None]
-    return Detections(centre, radius, clusters.count[chosen], still, fresh, apart, leg, noise)
+    return Detections(centre, radius, clusters.count[chosen], still, fresh, apart, leg, hidden,
+                      noise)
+
+
+def _half_hidden(scan, hits, owner, total, settings):
+    """Return (C,) bool: a beam next to the cluster ends well before it, on something else."""
+    first, last = np.full(total, len(scan.ranges)), np.full(total, -1)
+    np.minimum.at(first, owner, hits)
+    np.maximum.at(last, owner, hits)
+    ranges = np.where(scan.hits, scan.ranges, np.inf)
+    beams, hidden = len(ranges), np.zeros(total, dtype=bool)
+    for edge, side in ((first, -1), (last, 1)):
+        for step in (side, 2 * side):
+            beside = edge + step
+            inside = (beside >= 0) & (beside < beams) | scan.full_circle
+            hidden |= inside & (ranges[beside % beams] < ranges[edge] - settings.apart_distance)
+    return hidden
 
 
 def _stand_apart(scan, hits, points, pose, settings):

@@ -97,6 +97,8 @@ class TrackerSettings:
     """m; how well the centre of a body is known: range noise and the side that is seen."""
     leg_noise: float = 0.10
     """m; where the body is when one leg is seen: a quarter of a stride away."""
+    hidden_noise: float = 0.2
+    """m; where the centre is when something nearer covers a side: about half a body away."""
     birth_speed_noise: float = 1.0
     """m/s; standard deviation of a person's velocity before it is known."""
 

@@ -138,11 +138,15 @@ class Tracker:
         apart = np.linalg.norm(seen.position[one] - seen.position[two], axis=1)
         radius = np.maximum(seen.radius[one], seen.radius[two]) + 0.5 * apart
         alone = seen.leg[one] & ~both & (table.pair[rows] > 0.3)
+        covered = seen.hidden[one] | seen.hidden[two]
         noise = np.where(alone, settings.leg_noise, seen.noise[one])
+        noise = np.hypot(noise, settings.hidden_noise * (covered & ~both))
         table.correct(rows, position, noise, scan.stamp)
         share = min(elapsed / 0.5, 1.0)
         table.pair[rows] += share * (both - table.pair[rows])
-        table.radius[rows] += share * (radius - table.radius[rows])
+        # What is half hidden shows a part of its width only.
+        growth = radius - table.radius[rows]
+        table.radius[rows] += share * np.where(covered, np.maximum(growth, 0.0), growth)
         table.score[rows] = np.minimum(table.score[rows] + elapsed / settings.confirm_time, 1.0)
         weight = seen.count[one] + both * seen.count[two]
         shares = [(kind[one] * seen.count[one] + both * kind[two] * seen.count[two]) / weight
