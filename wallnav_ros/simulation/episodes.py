@@ -56,10 +56,13 @@ class Episode:
 
 def draw_episode(scenario, case, seed, radius=None, preferred_speed=None):
     """
-    Draw episode `seed` of `case`; `radius` and `preferred_speed` override the robot's.
+    Draw episode `seed` of `case` of a Scenario or Family.
+
+    `radius` and `preferred_speed` override the robot's.
 
     Raises ScenarioError when the case does not fit in the free space.
     """
+    scenario = scenario.at(seed)
     rng = np.random.default_rng((int(seed), crc32(f'{scenario.name}/{case}'.encode())))
     static, dynamic = scenario.counts(case)
     robot = Robot(

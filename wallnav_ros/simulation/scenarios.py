@@ -26,6 +26,7 @@ import numpy as np
 from wallnav_ros.mapping.distance_field import distance_field
 from wallnav_ros.mapping.occupancy_map import load_map, MapError
 from wallnav_ros.mapping.wall_extraction import extract_walls
+from wallnav_ros.simulation.family import Family, KINDS
 from wallnav_ros.simulation.free_space import CELL, free_points, within_polygon
 from wallnav_ros.world.distance_field import DistanceField
 from wallnav_ros.world.files import find_asset
@@ -78,6 +79,10 @@ class Scenario:
     free: np.ndarray
     spawn: tuple
 
+    def at(self, seed):
+        """Return the Scenario of episode `seed`: itself, where a Family draws one."""
+        return self
+
     def counts(self, case):
         """Return how many agents stand and walk in `case`; ScenarioError lists the cases."""
         if case not in self.cases:
@@ -107,7 +112,7 @@ class Scenario:
 @lru_cache(maxsize=32)
 def load_scenario(name):
     """
-    Load a scenario by file or by the short name it is shipped under.
+    Load a Scenario, or a Family of them, by file or by the short name it is shipped under.
 
     Raises ScenarioError (one line: file, field, fix) or FileNotFoundError.
     """
@@ -119,7 +124,8 @@ def load_scenario(name):
         raise ScenarioError(f'{path}: not valid YAML: {" ".join(str(error).split())}') from None
     if not isinstance(document, dict):
         raise ScenarioError(f'{path}: expected a mapping with name, walls or map, robot, cases')
-    return _Reader(path, document).scenario()
+    reader = _Reader(path, document)
+    return reader.family() if 'family' in document else reader.scenario()
 
 
 class _PlainLoader(yaml.SafeLoader):
@@ -163,6 +169,25 @@ class _Reader:
             visible=robot['visible'],
             time_limit=self._positive('time_limit', self.document.get('time_limit', 45.0)),
             cases=self._cases(), agents=agents, free=free, spawn=self._spawn(agents, free))
+
+    def family(self):
+        """Return the validated Family."""
+        self._known(self.document, '', {'name', 'family', 'robot', 'time_limit'})
+        family = {'kinds': list(KINDS), 'width': [1.2, 5.0], **self._section('family')}
+        self._known(family, 'family.', {'kinds', 'width'})
+        kinds = family['kinds']
+        if not (isinstance(kinds, list) and kinds and all(kind in KINDS for kind in kinds)):
+            self._fail('family.kinds', f'choose some of {", ".join(KINDS)}')
+        width = self._numbers('family.width', family['width'], 2)
+        if not 1.0 <= width[0] <= width[1] <= 10.0:
+            self._fail('family.width', 'expected [low, high] with 1 <= low <= high <= 10 m')
+        robot = self._section('robot')
+        self._known(robot, 'robot.', set(ROBOT_DEFAULTS))
+        name = str(self.document.get('name', self.path.stem))
+        shared = {key: self.document[key] for key in ('robot', 'time_limit')
+                  if key in self.document}
+        return Family(name, self.path, tuple(kinds), tuple(width), {'name': name, **shared},
+                      lambda path, document: _Reader(path, document).scenario())
 
     def _walls(self):
         if ('map' in self.document) == ('walls' in self.document):
