@@ -17,10 +17,10 @@ Worlds drawn from a seed: corridors, bends, curves, junctions, doors and halls w
 What a policy must have met to serve maps it has never seen (docs/scenarios.md).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Callable
 from zlib import crc32
 
 import numpy as np
@@ -56,13 +56,17 @@ class Family:
         """Return the most agents that may stand and walk; a world of its own has fewer."""
         return MOST_AGENTS, MOST_AGENTS
 
-    @lru_cache(maxsize=64)
     def at(self, seed):
         """Return the Scenario of `seed`, the same whoever asks and whenever."""
-        rng = np.random.default_rng((int(seed), crc32(self.name.encode())))
-        world = draw_world(self.kinds, self.width, rng)
-        robot = self.document.get('robot', {}) | world.pop('robot')
-        return self.build(self.path, self.document | world | {'robot': robot})
+        return _world(self, int(seed))
+
+
+@lru_cache(maxsize=64)
+def _world(family, seed):
+    rng = np.random.default_rng((seed, crc32(family.name.encode())))
+    world = draw_world(family.kinds, family.width, rng)
+    robot = family.document.get('robot', {}) | world.pop('robot')
+    return family.build(family.path, family.document | world | {'robot': robot})
 
 
 def draw_world(kinds, width, rng):
@@ -114,8 +118,8 @@ def _bend(width, rng):
 
 
 def _curve(width, rng):
-    radius = rng.uniform(max(1.5, 0.6 * width), 14.0)
-    angle = np.linspace(0.0, min(rng.uniform(6.0, 12.0) / radius, 1.6), 25)
+    radius = rng.uniform(max(2.5, 0.6 * width), 14.0)
+    angle = np.linspace(0.0, min(rng.uniform(6.0, 12.0) / radius, 2.5), 25)
     points = radius * np.stack((np.sin(angle), 1.0 - np.cos(angle)), axis=1)
     points[:, 1] *= rng.choice([-1.0, 1.0])
     return _along(LineString(points), width)
