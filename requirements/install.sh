@@ -106,6 +106,11 @@ if [ "$set_name" = check ]; then
     [ ! -x "$venv/bin/python" ] || check
     exit
 fi
+if [ "$set_name" = oldest ] && [ -n "${ROS_DISTRO:-}" ]; then
+    echo "oldest versions: left out, the sourced ROS 2 comes with its distribution's"
+    mkdir -p "$venv"
+    exit
+fi
 if [ -x "$venv/bin/python" ]; then check; else create; fi
 
 lists=
