@@ -35,36 +35,53 @@ def test_beam_ends_are_placed_by_the_lasers_pose():
     np.testing.assert_allclose(scan_points(scan, np.array([1.0, 1.0, np.pi / 2.0])), [[1.0, 3.0]])
 
 
+def beam_ends(centre, radius, beams=720):
+    """Return where beams from the origin end on a disc, as a scanner sees it."""
+    angles = 2.0 * np.pi / beams * np.arange(beams)
+    along = np.cos(angles) * centre[0] + np.sin(angles) * centre[1]
+    depth = radius ** 2 - (np.sum(np.square(centre)) - along ** 2)
+    reach = along - np.sqrt(np.maximum(depth, 0.0))
+    reach, angles = reach[(depth > 0.0) & (along > 0.0)], angles[(depth > 0.0) & (along > 0.0)]
+    return reach[:, None] * np.stack((np.cos(angles), np.sin(angles)), axis=1)
+
+
 def test_points_on_a_mapped_wall_or_a_tracked_agent_are_explained():
     points = np.array([[3.05, 0.0], [0.0, 2.0], [-2.0, -2.0]])
     person = Agents.of([[0.0, 2.25]], [[0.0, 0.0]], [0.25])
-    seen, left = assign_points(points, person, wall_at_x(3.0))
+    seen, left = assign_points(points, person, wall_at_x(3.0), np.zeros(2))
     np.testing.assert_allclose(left, [[-2.0, -2.0]])
     np.testing.assert_allclose(seen.radius, [0.25])
 
 
-def test_an_agent_is_at_least_as_large_as_what_is_seen_of_it():
-    # Beams end 0.25 m and 0.4 m from the centre of a track of 0.2 m; a third is too far off.
-    points = np.array([[1.75, 0.0], [2.0, 0.4], [2.0, 0.6]])
-    walker = Agents.of([[2.0, 0.0]], [[0.0, 1.0]], [0.2])
-    seen, left = assign_points(points, walker, None)
-    np.testing.assert_allclose(seen.radius, [0.4])
+@pytest.mark.parametrize('centre', [(1.0, 0.0), (-2.5, 0.5), (0.3, -3.0)])
+def test_an_agent_that_is_tracked_too_small_and_too_near_is_set_right(centre):
+    centre = np.array(centre)
+    tracked = Agents.of([centre * (1.0 - 0.15 / np.hypot(*centre))], [[0.0, 1.0]], [0.3])
+    seen, left = assign_points(beam_ends(centre, 0.45), tracked, None, np.zeros(2))
+    assert not len(left)
+    np.testing.assert_allclose(seen.radius, [0.45], atol=0.03)
+    np.testing.assert_allclose(seen.position, [centre], atol=0.03)
     np.testing.assert_allclose(seen.velocity, [[0.0, 1.0]])
-    np.testing.assert_allclose(left, [[2.0, 0.6]])
 
 
-def test_a_point_belongs_to_the_agent_whose_edge_is_nearest():
-    two = Agents.of([[0.0, 0.0], [1.0, 0.0]], np.zeros((2, 2)), [0.1, 0.5])
-    # 0.18 m beyond the first edge, 0.22 m before the second; then 0.22 m and 0.18 m.
-    seen, _ = assign_points(np.array([[0.28, 0.0]]), two, None)
-    np.testing.assert_allclose(seen.radius, [0.28, 0.5])
-    seen, _ = assign_points(np.array([[0.32, 0.0]]), two, None)
-    np.testing.assert_allclose(seen.radius, [0.1, 0.68])
+def test_an_agent_of_which_less_is_seen_stays_as_it_is_tracked():
+    centre = np.array([2.0, 0.0])
+    half = beam_ends(centre, 0.4)
+    tracked = Agents.of([centre], [[0.0, 0.0]], [0.4])
+    seen, _ = assign_points(half[half[:, 1] > 0.0], tracked, None, np.zeros(2))
+    np.testing.assert_allclose(seen.radius, [0.4])
+    np.testing.assert_allclose(seen.position, [centre])
+
+
+def test_a_point_belongs_to_the_agent_whose_edge_is_nearest_and_to_none_far_off():
+    two = Agents.of([[1.0, 0.0], [2.0, 0.0]], np.zeros((2, 2)), [0.1, 0.5])
+    _, left = assign_points(np.array([[1.3, 0.0], [2.0, 0.9]]), two, None, np.zeros(2))
+    np.testing.assert_allclose(left, [[2.0, 0.9]])
 
 
 def test_without_map_and_tracks_everything_is_unexplained():
     points = np.array([[3.0, 0.0]])
-    np.testing.assert_allclose(assign_points(points, Agents.none(), None)[1], points)
+    np.testing.assert_allclose(assign_points(points, Agents.none(), None, np.zeros(2))[1], points)
 
 
 def test_nothing_unexplained_leaves_the_walls_as_they_are():

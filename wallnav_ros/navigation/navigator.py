@@ -115,7 +115,7 @@ class Navigator:
         self.tracks = None
         self.plan = None
         self._lookahead, self._tracker = lookahead, tracker
-        self._points = np.empty((0, 2))
+        self._points, self._laser = np.empty((0, 2)), np.zeros(3)
         self._goal = None
         self._ended = Stop('no_goal', 'no goal')
         self._due = -np.inf
@@ -182,7 +182,7 @@ class Navigator:
             return False
         self.feeds['scan'].arrived(scan.stamp, now)
         laser = compose(base, self.laser_pose)
-        self._points = scan_points(scan, laser)
+        self._points, self._laser = scan_points(scan, laser), laser
         if not self.settings.tracks_given:
             end = place.odom_pose(scan.stamp + scan.sweep_time)
             self.tracks = self._tracker.update(
@@ -307,7 +307,8 @@ class Navigator:
         pose = drive_unicycle(place.newest(), *place.velocity, _ahead(now - last))
         tracks = _moved(self.tracks, place.odom_in_state)
         seen, points = assign_points(
-            to_parent(place.odom_in_state, self._points), tracks.agents(), walls)
+            to_parent(place.odom_in_state, self._points), tracks.agents(), walls,
+            to_parent(place.odom_in_state, self._laser[:2]))
         ahead = _ahead(now - tracks.stamp)
         agents = Agents.of(seen.position + ahead * seen.velocity, seen.velocity, seen.radius)
         robot = Robot(pose, place.velocity, self._goal_in_state(), np.float64(settings.radius),

@@ -22,11 +22,13 @@ import cv2
 import numpy as np
 
 from wallnav_ros.world.distance_field import DistanceField
-from wallnav_ros.world.geometry import to_child, to_parent
+from wallnav_ros.world.geometry import to_child, to_parent, wrap_angle
 from wallnav_ros.world.state import Agents
 
 RESOLUTION = 0.05      # m
 REACH = 8.0            # m around the robot; the policy feels walls up to 5 m from where it looks
+LEAST_BEAMS = 3        # on an agent, or its outline is not believed
+LARGEST_RADIUS = 0.6   # m; the largest the policy was trained on, and a margin
 TRACK_MARGIN = 0.25    # m beyond a track's radius that still belong to it
 WALL_MARGIN = 0.15     # m; as the tracker's own rule for what a mapped wall explains
 
@@ -37,25 +39,51 @@ def scan_points(scan, laser_pose):
     return to_parent(laser_pose, np.stack((ranges * np.cos(angles), ranges * np.sin(angles)), 1))
 
 
-def assign_points(points, agents, walls):
+def assign_points(points, agents, walls, eye):
     """
-    Return `agents` grown to cover what is seen of them, and the points (U, 2) that are left.
+    Return `agents` grown to what is seen of them, and the points (U, 2) that belong to none.
 
-    points: (K, 2) beam ends; those on mapped `walls` (DistanceField or None) are dropped. One
-    within TRACK_MARGIN of an agent's edge is part of the nearest such agent, which is then at
-    least as large as that: a tracker sees sides, and tells a wide body's radius too small.
+    points: (K, 2) beam ends seen from `eye` (2,); those on mapped `walls` (DistanceField or
+    None) are dropped. One within TRACK_MARGIN of an agent's edge is part of the nearest agent.
     """
     if walls is not None and len(points):
         points = points[walls.at(points) > WALL_MARGIN]
     if not len(points) or not agents.radius.size:
         return agents, points
-    distance = np.linalg.norm(points[:, None] - agents.position, axis=2)
-    gap = distance - agents.radius
-    nearest, row = gap.argmin(axis=1), np.arange(len(points))
-    taken = gap[row, nearest] <= TRACK_MARGIN
-    radius = agents.radius.copy()
-    np.maximum.at(radius, nearest[taken], distance[row, nearest][taken])
-    return Agents.of(agents.position, agents.velocity, radius), points[~taken]
+    gap = np.linalg.norm(points[:, None] - agents.position, axis=2) - agents.radius
+    nearest = gap.argmin(axis=1)
+    taken = gap[np.arange(len(points)), nearest] <= TRACK_MARGIN
+    return _grow(agents, nearest[taken], points[taken] - eye, eye), points[~taken]
+
+
+def _grow(agents, owner, rays, eye):
+    """
+    Return `agents`, each at least the disc that its `rays` (K, 2) from `eye` touch and end on.
+
+    A disc of radius r whose near side is d away subtends a half angle a with
+    sin a = r / (d + r). A tracker that goes by the width it sees tells a wide body, or one that
+    is close, too small and too near.
+    """
+    count = np.bincount(owner, minlength=agents.radius.size)
+    toward = agents.position - eye
+    middle = np.arctan2(toward[:, 1], toward[:, 0])
+    bearing = wrap_angle(np.arctan2(rays[:, 1], rays[:, 0]) - middle[owner])
+    low, high = np.full(count.shape, np.inf), np.full(count.shape, -np.inf)
+    near = np.full(count.shape, np.inf)
+    np.minimum.at(low, owner, bearing)
+    np.maximum.at(high, owner, bearing)
+    np.minimum.at(near, owner, np.hypot(rays[:, 0], rays[:, 1]))
+    seen = count >= LEAST_BEAMS
+    low, high, near = (np.where(seen, part, 0.0) for part in (low, high, near))
+    # Each edge lies, on average, half a beam beyond the last one that ends on the body.
+    half = 0.5 * (high - low) * count / np.maximum(count - 1, 1)
+    sine = np.sin(np.minimum(half, 1.0))
+    radius = np.minimum(near * sine / (1.0 - sine), LARGEST_RADIUS)
+    grown = seen & (radius > agents.radius)
+    bearing = middle + 0.5 * (low + high)
+    centre = eye + (near + radius)[:, None] * np.stack((np.cos(bearing), np.sin(bearing)), axis=1)
+    return Agents.of(np.where(grown[:, None], centre, agents.position), agents.velocity,
+                     np.where(grown, radius, agents.radius))
 
 
 def add_surfaces(points, walls, centre):
