@@ -75,7 +75,7 @@ def judge_points(points, scan, views, settings):
     """
     Return (still, fresh, background), each (P,) bool: what earlier `views` say of `points` (P, 2).
 
-    still: mostly occupied before; fresh: mostly empty; background: occupied long before.
+    still: mostly occupied a while before; fresh: mostly empty; background: occupied long before.
     """
     if not views or not len(points):
         nothing = np.zeros(len(points), dtype=bool)
@@ -83,9 +83,11 @@ def judge_points(points, scan, views, settings):
     free, occupied = look_up(views, scan, points, settings.view_lateral, settings.view_depth,
                              settings.view_slack)
     empty, full = free.sum(axis=0), occupied.sum(axis=0)
-    old = np.array([scan.stamp - view.stamp > settings.background_age for view in views])
-    background = occupied[old].sum(axis=0) > free[old].sum(axis=0)
-    return full > empty, empty > 2 * full, background
+    ages = scan.stamp - np.array([view.stamp for view in views])
+    still, background = (
+        occupied[ages > age].sum(axis=0) > free[ages > age].sum(axis=0)
+        for age in (settings.still_age, settings.background_age))
+    return still, empty > 2 * full, background
 
 
 def detect(scan, hits, points, pose, evidence, expected, settings):

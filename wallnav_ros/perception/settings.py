@@ -67,6 +67,8 @@ class TrackerSettings:
     """views; their ages grow in equal ratios, so that eight reach back half a minute."""
     view_age: float = 0.35
     """s; younger views show a walker still where it is."""
+    still_age: float = 1.0
+    """s; a slow walker has left its place by then, what stands has not."""
     background_age: float = 2.0
     """s; what was there so long ago belongs to the place, not to somebody passing."""
     clear_range: float = 7.0
@@ -97,8 +99,8 @@ class TrackerSettings:
     """m; how well the centre of a body is known: range noise and the side that is seen."""
     leg_noise: float = 0.10
     """m; where the body is when one leg is seen: a quarter of a stride away."""
-    hidden_noise: float = 0.2
-    """m; where the centre is when something nearer covers a side: about half a body away."""
+    hidden_noise: float = 0.1
+    """m; where the centre is when something nearer covers a side: a third of a body away."""
     birth_speed_noise: float = 1.0
     """m/s; standard deviation of a person's velocity before it is known."""
 

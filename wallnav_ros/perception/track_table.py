@@ -88,7 +88,7 @@ class TrackTable:
         """Move every track `elapsed` seconds on, under white acceleration."""
         speed = np.linalg.norm(self.velocity, axis=1)
         share = np.minimum(1.0, settings.fastest / np.maximum(speed, 1e-6))
-        share = np.where(self.motion < -0.5, np.exp(-elapsed / settings.rest_time), share)
+        share = np.where(self.motion < -1.5, np.exp(-elapsed / settings.rest_time), share)
         self.velocity = self.velocity * share[:, None]
         self.position = self.position + elapsed * self.velocity
         place, cross, speed = self.covariance.T

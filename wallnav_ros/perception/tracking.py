@@ -166,8 +166,10 @@ class Tracker:
         settings, table = self.settings, self._table
         missed = match.first < 0
         if missed.any():
-            empty = look_up([view], scan, table.position, 0.1, 0.3, 0.0)[0][0]
-            loss = np.where(missed & (empty | (table.score < 1.0)), elapsed, 0.0)
+            # Where something else is seen, it may have been taken for the track's.
+            empty, taken = (answer[0] for answer in look_up(
+                [view], scan, table.position, 0.1, 0.3, 0.0))
+            loss = elapsed * np.where(empty | (table.score < 1.0), 1.0, 0.5 * taken) * missed
             table.score -= loss / settings.miss_time
         hidden = scan.stamp - table.seen
         table.keep((table.score > 0.0) & (hidden <= settings.occlusion_time))
@@ -214,7 +216,7 @@ class Tracker:
         human = table.human[shown]
         speed = np.linalg.norm(table.velocity[shown], axis=1)
         doubt = np.sqrt(table.covariance[shown, 2])
-        moving = speed > doubt * np.where(human, 1.0, 3.0)
+        moving = speed > doubt * np.where(human, 1.0, 2.5)
         velocity = np.where(moving[:, None], table.velocity[shown], 0.0)
         label = np.where(human, HUMAN, OBSTACLE).astype(np.uint8)
         outward = invert(self._motion.correction)
