@@ -19,18 +19,21 @@ import numpy as np
 import pytest
 
 rosbags = pytest.importorskip('rosbags')
+motmetrics = pytest.importorskip('motmetrics')
 
 from recorded_bags import (  # noqa: E402
     Bag, FIRST_STAMP, HALL, laser_scan, MOUNT, odometry, simulate_drive, START, transform)
+from wallnav_ros.evaluation.ground_truth import GroundTruth  # noqa: E402
 from wallnav_ros.evaluation.recordings import Recording, RecordingError  # noqa: E402
 from wallnav_ros.evaluation.replay import replay_recording  # noqa: E402
+from wallnav_ros.evaluation.replay_scores import score_replay  # noqa: E402
 from wallnav_ros.evaluation.replay_stage import set_stage  # noqa: E402
 from wallnav_ros.evaluation.survey import survey_recording  # noqa: E402
 from wallnav_ros.perception.tracking import Tracker  # noqa: E402
 from wallnav_ros.policy.lookahead import Lookahead  # noqa: E402
 from wallnav_ros.policy.value_function import load_value_function  # noqa: E402
 from wallnav_ros.world.files import find_asset  # noqa: E402
-from wallnav_ros.world.geometry import to_parent  # noqa: E402
+from wallnav_ros.world.geometry import compose, to_child, to_parent  # noqa: E402
 from wallnav_ros.world.tracks import HUMAN  # noqa: E402
 
 pytestmark = pytest.mark.extras
@@ -259,3 +262,72 @@ def test_a_recording_of_unusable_messages_only_is_refused(tmp_path):
     bag.add(1.0, '/odom', odometry(1.0, (np.nan, 0.0, 0.0)))
     with pytest.raises(RecordingError, match='/odom: no message in it can be used'):
         survey_recording(Recording(bag.write(tmp_path / 'odometry')))
+
+
+def annotate(drive, every, frame, place):
+    """Return GroundTruth of the walker on every n-th scan, placed by `place(index)`."""
+    rows = np.arange(0, len(drive.stamps), every)
+    # Annotations are stamped between the scan they belong to and the next.
+    return GroundTruth(drive.stamps[rows] + 0.02 + 0.05, np.full(len(rows), 7),
+                       np.array([place(row) for row in rows]), np.full(len(rows), frame))
+
+
+@pytest.mark.parametrize('frame', ['laser', 'base_link', 'odom', 'map'])
+def test_annotations_may_be_in_any_frame_the_replay_knows(recording, drive, frame):
+    survey = survey_recording(recording, MOUNT)
+    stage = set_stage(survey, walls=HALL, initial_pose=START).stage
+    replay = run(recording, stage)
+    truth = annotate(drive, 5, frame, {
+        'laser': lambda row: to_child(compose(drive.base[row], MOUNT), drive.walker[row]),
+        'base_link': lambda row: to_child(drive.base[row], drive.walker[row]),
+        'odom': lambda row: drive.walker[row],
+        'map': lambda row: to_parent(START, drive.walker[row])}[frame])
+
+    figures, places = score_replay(replay, survey, stage, truth)
+
+    np.testing.assert_allclose(places, to_parent(START, drive.walker[::5]), atol=0.03)
+    assert figures['annotations'] == figures['annotated_scans'] == len(truth)
+    assert figures['recall'] > 0.7
+    assert figures['motp'] < 0.1
+    assert figures['id_switches'] == 0
+    assert figures['gate'] == 0.75
+
+
+def test_annotations_far_from_every_track_are_all_missed(recording, drive):
+    survey = survey_recording(recording, MOUNT)
+    stage = set_stage(survey).stage
+    truth = annotate(drive, 5, 'odom', lambda row: drive.walker[row] + 3.0)
+
+    figures, _ = score_replay(run(recording, stage), survey, stage, truth)
+
+    assert figures['recall'] == 0.0
+    assert figures['motp'] is None
+
+
+def test_people_on_scans_that_were_left_out_are_missed(tmp_path, drive):
+    bag = Bag([message for message in drive.bag.messages
+               if message[1] == '/scan' or message[0] > FIRST_STAMP + 4.0])
+    recording = Recording(bag.write(tmp_path / 'bag'))
+    survey = survey_recording(recording, MOUNT)
+    stage = set_stage(survey).stage
+    truth = annotate(drive, 5, 'odom', lambda row: drive.walker[row])
+
+    figures, places = score_replay(run(recording, stage), survey, stage, truth)
+
+    assert figures['annotations'] == len(truth)
+    assert len(places) < 0.6 * len(truth)
+    assert figures['recall'] < 0.6
+
+
+def test_annotations_of_another_recording_are_refused(recording, drive):
+    survey = survey_recording(recording, MOUNT)
+    stage = set_stage(survey).stage
+    replay = run(recording, stage)
+    elsewhere = annotate(drive, 5, 'camera', lambda row: drive.walker[row])
+    before = annotate(drive, 5, 'odom', lambda row: drive.walker[row])
+    before = replace(before, bag_time=before.bag_time - 1e6)
+
+    with pytest.raises(RecordingError, match='camera is not known here: use one of laser, base_l'):
+        score_replay(replay, survey, stage, elsewhere)
+    with pytest.raises(RecordingError, match='before the first scan'):
+        score_replay(replay, survey, stage, before)

@@ -128,9 +128,14 @@ def _replay(options):
     summary['warnings'] = [
         *(mapped.warnings if mapped else ()), *staging.warnings,
         *(f'{count} messages left out: {why}' for why, count in replay.left_out.items())]
+    people = None
+    if truth is not None:
+        # It brings pandas, which takes as long to import as a short bag to replay.
+        from wallnav_ros.evaluation.replay_scores import score_replay
+        summary['tracking'], people = score_replay(replay, survey, staging.stage, truth)
     _write(options, replay, staging, summary)
     draw_replay(options.out / 'replay.png', _title(options, summary), replay, survey,
-                staging.stage, staging.walls)
+                staging.stage, staging.walls, people)
     return summary
 
 
