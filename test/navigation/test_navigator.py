@@ -17,7 +17,8 @@ import numpy as np
 import pytest
 
 from wallnav_ros.navigation.localisation import Localisation
-from wallnav_ros.navigation.navigator import MOST_REASONS, Navigator, NavigatorSettings
+from wallnav_ros.navigation.navigator import MOST_REASONS, Navigator
+from wallnav_ros.navigation.plans import NavigatorSettings
 from wallnav_ros.perception.scan import Scan
 from wallnav_ros.perception.tracking import Tracker
 from wallnav_ros.policy.actions import make_actions

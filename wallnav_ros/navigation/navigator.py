@@ -18,12 +18,13 @@ The data's way of docs/architecture.md; paper sections 4 (decision) and 8 (the r
 """
 
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from wallnav_ros.navigation.localisation import Localisation, MAP
-from wallnav_ros.navigation.stopping import BaseLimits, stoppable
+from wallnav_ros.navigation.plans import NavigatorSettings, Plan, Status
+from wallnav_ros.navigation.stopping import stoppable
 from wallnav_ros.navigation.surfaces import add_surfaces, assign_points, scan_points
 from wallnav_ros.navigation.watchdogs import ClockWatch, Feed, Stop
 from wallnav_ros.policy.actions import STOP
@@ -35,60 +36,6 @@ LONGEST_PREDICTION = 0.5       # s that tracks and the robot are carried forward
 FIX_DISTANCE = 0.5             # m driven without a fix before its age counts
 MOST_REASONS = 50              # kept apart
 STANDSTILL = np.zeros(2)
-
-
-@dataclass(frozen=True)
-class NavigatorSettings:
-    """
-    The robot and what it waits for.
-
-    radius, goal_tolerance: m. preferred_speed: m/s. scan_timeout, odom_timeout,
-    tracks_timeout, localisation_timeout: s. tracks_given: tracks come from another process
-    instead of the tracker in this one. base: what the base can do.
-    """
-
-    radius: float = 0.2
-    preferred_speed: float = 0.8
-    goal_tolerance: float = 0.15
-    scan_timeout: float = 0.4
-    odom_timeout: float = 0.4
-    tracks_timeout: float = 0.4
-    localisation_timeout: float = 2.0
-    tracks_given: bool = False
-    base: BaseLimits = BaseLimits()
-
-
-@dataclass(frozen=True)
-class Plan:
-    """
-    A decision and what it was taken on.
-
-    stamp: seconds, of the scan. command: (2,) m/s and rad/s. safe: False when every action is
-    predicted to collide. waits: the policy chose to stand. path: (K, 3) poses predicted, and
-    goal: (2,), in `frame`.
-    """
-
-    stamp: float
-    command: np.ndarray
-    safe: bool
-    waits: bool
-    path: np.ndarray
-    goal: np.ndarray
-    frame: str
-
-
-@dataclass(frozen=True)
-class Status:
-    """
-    What the robot shall do now.
-
-    command: (2,) m/s and rad/s. state: `stopped`, `driving` or `waiting` (the policy chose to
-    stand). stop: the Stop behind a zero command that the policy did not choose, else None.
-    """
-
-    command: np.ndarray
-    state: str
-    stop: Stop | None
 
 
 class Navigator:

@@ -17,7 +17,6 @@ The node that drives: scan, odometry, map and goal in, velocity commands out.
 The topics, parameters and stops are those of docs/nodes.md; the thinking is in `navigation`.
 """
 
-from dataclasses import dataclass
 import sys
 from time import monotonic
 
@@ -35,35 +34,19 @@ from visualization_msgs.msg import Marker, MarkerArray
 from wallnav_ros.mapping.distance_field import distance_field
 from wallnav_ros.mapping.occupancy_map import load_map
 from wallnav_ros.mapping.wall_extraction import extract_walls
-from wallnav_ros.navigation.localisation import Localisation, MAP
-from wallnav_ros.navigation.navigator import Navigator, NavigatorSettings, Status
-from wallnav_ros.navigation.stopping import BaseLimits
+from wallnav_ros.navigation.localisation import MAP
+from wallnav_ros.navigation.plans import Status
 from wallnav_ros.navigation.watchdogs import Stop
 from wallnav_ros.nodes import conversions as convert
 from wallnav_ros.nodes.health import Latencies, navigation_status
 from wallnav_ros.nodes.markers import plan_markers, track_markers
-from wallnav_ros.nodes.parameters import declare, declare_pose, declare_settings
+from wallnav_ros.nodes.policy_parameters import declare_options, make_navigator
 from wallnav_ros.nodes.runner import run
 from wallnav_ros.nodes.topics import advertise, LATCHED, RELIABLE, SENSOR, subscribe
 from wallnav_ros.nodes.transforms import find_frames
-from wallnav_ros.perception.settings import TrackerSettings
-from wallnav_ros.perception.tracking import Tracker
-from wallnav_ros.policy.lookahead import Lookahead
-from wallnav_ros.policy.value_function import load_value_function
-from wallnav_ros.world.files import find_asset
 
 DIAGNOSTICS_PERIOD = 1.0      # s, also published whenever the reason for standing changes
 FAREWELL = Duration(seconds=0.5)      # longest wait for the last command to be acknowledged
-
-
-@dataclass(frozen=True)
-class Options:
-    """The parameters that are the node's own: see docs/nodes.md."""
-
-    map: str  # noqa: A003
-    stamped: bool
-    control_rate: float
-    wall_min_size: float
 
 
 class PolicyNode(Node):
@@ -72,8 +55,8 @@ class PolicyNode(Node):
     def __init__(self):
         """Load and check everything, then subscribe; raises ValueError or OSError before that."""
         super().__init__('policy_node')
-        self.options = _declare_options(self)
-        self.navigator = _make_navigator(self)
+        self.options = declare_options(self)
+        self.navigator = make_navigator(self)
         self._status = Status(np.zeros(2), 'stopped', Stop('no_goal', 'no goal'))
         self._latencies = {'scan_to_command': Latencies(), 'processing': Latencies()}
         self._advertise()
@@ -266,63 +249,6 @@ class PolicyNode(Node):
             self._marker_publisher.publish(plan_markers(
                 self.navigator.plan, self._status, place.newest(), place.state_frame,
                 self._now()))
-
-
-def _declare_options(node):
-    return Options(
-        map=declare(node, 'map', '', 'YAML file of the map; empty: take it from topic map'),
-        stamped=declare(node, 'enable_stamped_cmd_vel', False,
-                        'publish TwistStamped instead of Twist'),
-        control_rate=declare(node, 'control_rate', 20.0, 'commands a second', (5.0, 200.0)),
-        wall_min_size=declare(node, 'wall_min_size', 0.1,
-                              'm; smaller specks of the map are no walls', (0.0, 10.0)))
-
-
-def _make_navigator(node):
-    """Return the Navigator the parameters ask for; raises ValueError or OSError."""
-    defaults = NavigatorSettings()
-    source = declare(node, 'tracks_source', 'scan',
-                     'track the scan in this process, or take tracks from their topic',
-                     choices=('scan', 'topic'))
-    settings = NavigatorSettings(
-        radius=declare(node, 'robot_radius', defaults.radius, 'm', (0.01, 5.0)),
-        preferred_speed=declare(node, 'preferred_speed', defaults.preferred_speed, 'm/s',
-                                (0.01, 5.0)),
-        goal_tolerance=declare(node, 'goal_tolerance', defaults.goal_tolerance,
-                               'm from the goal that count as there', (0.01, 5.0)),
-        scan_timeout=declare(node, 'scan_timeout', defaults.scan_timeout, 's', (0.05, 10.0)),
-        odom_timeout=declare(node, 'odom_timeout', defaults.odom_timeout, 's', (0.05, 10.0)),
-        tracks_timeout=declare(node, 'tracks_timeout', defaults.tracks_timeout, 's',
-                               (0.05, 10.0)),
-        localisation_timeout=declare(
-            node, 'localisation_timeout', defaults.localisation_timeout,
-            's without a pose in the map while driving', (0.1, 60.0)),
-        tracks_given=source == 'topic', base=_declare_base(node))
-    tracker = Tracker(declare_settings(node, 'tracker', TrackerSettings()))
-    model = declare(node, 'model', 'wallnav', 'weight file, or name of a shipped one')
-    lookahead = Lookahead.from_weights(load_value_function(find_asset('models', model, '.npz')))
-    laser_pose = declare_pose(node, 'laser_pose', 'of the laser on the base, where TF has none')
-    fixed = declare(node, 'localisation', 'auto',
-                    'auto: amcl_pose or TF; fixed: odometry starts at odom_in_map',
-                    choices=('auto', 'fixed')) == 'fixed'
-    odom_in_map = declare_pose(node, 'odom_in_map', 'where odometry starts, if localisation fixed')
-    navigator = Navigator(lookahead, tracker, settings,
-                          Localisation(odom_in_map if fixed else None))
-    navigator.laser_pose = laser_pose
-    return navigator
-
-
-def _declare_base(node):
-    defaults = BaseLimits()
-    return BaseLimits(
-        acceleration=declare(node, 'acceleration', defaults.acceleration,
-                             'm/s^2, of speeding up and braking', (0.05, 50.0)),
-        turn_acceleration=declare(node, 'turn_acceleration', defaults.turn_acceleration,
-                                  'rad/s^2', (0.05, 100.0)),
-        latency=declare(node, 'latency', defaults.latency,
-                        's until a command takes effect', (0.0, 1.0)),
-        clearance=declare(node, 'clearance', defaults.clearance,
-                          'm kept from everything', (0.0, 1.0)))
 
 
 def main(args=None):
