@@ -38,13 +38,15 @@ class TrackedScan:
     """
     One scan of a recording and the tracks after it, all in the laser's frame at its stamp.
 
-    bag_time, stamp: s. points: (P, 2) beam ends. id, label: (N,). position: (N, 2) m.
+    bag_time, stamp: s. pose: (3,) of the laser in the odometry's frame, zero without one.
+    points: (P, 2) beam ends. ids, label: (N,). position: (N, 2) m.
     """
 
     bag_time: float
     stamp: float
+    pose: np.ndarray
     points: np.ndarray
-    id: np.ndarray
+    ids: np.ndarray
     label: np.ndarray
     position: np.ndarray
 
@@ -109,7 +111,7 @@ def score_people(tracked, truth):
     frames = []
     for index in np.unique(scans[scans >= 0]):
         rows, scan = scans == index, tracked[index]
-        frames.append((truth.person[rows], truth.position[rows], scan.id[scan.human],
+        frames.append((truth.person[rows], truth.position[rows], scan.ids[scan.human],
                        scan.position[scan.human]))
     scores = clear_mot(frames)
     return Scores(scores.recall, np.nan, np.nan, scores.motp, scores.switches, scores.objects)
@@ -134,7 +136,7 @@ def clear_mot(frames, gate=GATE):
 
 def people_seen(tracked):
     """Return (number of different human ids, mean number of humans per scan)."""
-    ids = {int(number) for scan in tracked for number in scan.id[scan.human]}
+    ids = {int(number) for scan in tracked for number in scan.ids[scan.human]}
     return len(ids), float(np.mean([scan.human.sum() for scan in tracked]))
 
 
@@ -143,7 +145,7 @@ def longest_stray(tracked):
     since, longest = {}, 0.0
     for scan in tracked:
         astray = {}
-        for number, place in zip(scan.id.tolist(), scan.position):
+        for number, place in zip(scan.ids.tolist(), scan.position):
             gap = np.linalg.norm(scan.points - place, axis=1).min(initial=np.inf)
             if gap > STRAY:
                 astray[number] = since.get(number, scan.stamp)
@@ -156,5 +158,5 @@ def _in_laser_frame(record, pose, tracks):
     scan = record.scan
     angles, ranges = scan.angles[scan.hits], scan.ranges[scan.hits]
     points = ranges[:, None] * np.stack((np.cos(angles), np.sin(angles)), axis=1)
-    return TrackedScan(record.bag_time, scan.stamp, points, tracks.id, tracks.label,
+    return TrackedScan(record.bag_time, scan.stamp, pose, points, tracks.id, tracks.label,
                        to_child(pose, tracks.position))

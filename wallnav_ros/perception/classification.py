@@ -27,7 +27,8 @@ def weigh_motion(table, rows, still, fresh, apart, vacated, gait, elapsed, setti
     Add the evidence of one scan to `motion` of the updated `rows` (K,).
 
     still, fresh: (K,) shares of the beams on known surfaces and on known free space.
-    apart: (K,) bool, nothing large is near. vacated: (K,) bool, the place on the trail was seen free in this scan.
+    apart: (K,) bool, nothing large is near.
+    vacated: (K,) bool, the place on the trail was seen free in this scan.
     gait: (K,) bool, a leg that moves against another.
     elapsed: seconds the evidence stands for.
     """
@@ -66,7 +67,7 @@ def find_gait(table, settings):
     offset = table.position[legs, None] - table.position[None, legs]
     past = table.trail[legs, None] - table.trail[None, legs]
     swing = np.linalg.norm(offset[:, :, None] - past, axis=-1).max(axis=-1)
-    reach = np.maximum(np.hypot(*np.moveaxis(offset, -1, 0)), np.linalg.norm(past, axis=-1).max(-1))
+    reach = np.maximum(np.linalg.norm(offset, axis=-1), np.linalg.norm(past, axis=-1).max(-1))
     pair = (reach < settings.stride) & (swing > settings.swing)
     np.fill_diagonal(pair, False)
     walking[legs] = pair.any(axis=1)

@@ -61,7 +61,8 @@ def place_beams(scan, wanted, sweep, settings):
     """
     Return (hits (P,) int, points (P, 2)): the beams in reach and their ends, straightened.
 
-    wanted: (B,) bool, beams to use. sweep: (3,) the laser's motion from the first beam to the last, in its frame at the first,
+    wanted: (B,) bool, beams to use.
+    sweep: (3,) the laser's motion from the first beam to the last, in its frame at the first,
     which is the frame of the points.
     """
     hits = np.flatnonzero(scan.hits & wanted & (scan.ranges <= settings.max_range))
@@ -94,7 +95,8 @@ def detect(scan, hits, points, pose, evidence, expected, settings):
     """
     Return the Detections among `points` (P, 2), the ends of beams `hits` (P,) of `scan`.
 
-    pose: (3,) of the laser. evidence: what `judge_points` says. expected: (N, 2) where people should be.
+    pose: (3,) of the laser. evidence: what `judge_points` says.
+    expected: (N, 2) where people should be.
     """
     still, fresh, background = evidence
     step = abs(scan.angle_increment)

@@ -109,7 +109,7 @@ class _Reference:
         return len(self._scans)
 
     def is_left_behind(self, pose, share):
-        """Return whether the laser at `pose`, with `share` of its beams explained, has moved on."""
+        """Return whether the laser at `pose`, `share` of its beams explained, has moved on."""
         if self._pose is None:
             return True
         step = compose(invert(self._pose), pose)

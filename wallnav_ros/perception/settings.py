@@ -142,7 +142,7 @@ class TrackerSettings:
 
     # Human or obstacle.
     trail_spacing: float = 0.2
-    """s; the trail of eight places spans a second and a half, long enough to tell walking from swaying."""
+    """s; the trail of eight places spans 1.6 s, enough to tell walking from swaying."""
     walking_speed: float = 0.25
     """m/s; slower drift is explained by the changing view of a thing that stands still."""
     walking_distance: float = 0.25
@@ -170,4 +170,6 @@ class TrackerSettings:
 
     # Mapped walls.
     wall_margin: float = 0.15
-    """m; range noise, half a map cell and the map's own error."""
+    """m; range noise, half a map cell, the map's own error and that of the position."""
+    wall_slack: float = 0.01
+    """rad; heading error of a localised robot, which moves far walls further."""

@@ -33,8 +33,10 @@ class TrackTable:
     variance of the velocity's.
     radius: (N,) m. pair: (N,) share of the recent scans in which two legs were seen.
     apart: (N,) share of the recent scans in which it stood clear of anything large; hits: (N,)
-    share in which it was seen. born, seen: (N,) s. score: (N,) evidence that it exists, 1 when certain.
-    motion: (N,) log-odds that it moves by itself; proof: (N,) all that ever spoke for it. human: (N,) bool, the label with hysteresis.
+    share in which it was seen. born, seen: (N,) s.
+    score: (N,) evidence that it exists, 1 when certain.
+    motion: (N,) log-odds that it moves by itself; proof: (N,) all that ever spoke for it.
+    human: (N,) bool, the label with hysteresis.
     reach: (N,) m, the furthest it has been from where it was born, born_at (N, 2).
     trail: (N, TRAIL, 2) m, where it was, newest first.
     """
@@ -43,8 +45,9 @@ class TrackTable:
                'covariance': ((3,), float), 'radius': ((), float), 'pair': ((), float),
                'apart': ((), float), 'hits': ((), float),
                'born': ((), float), 'seen': ((), float), 'score': ((), float),
-               'motion': ((), float), 'proof': ((), float), 'human': ((), bool), 'reach': ((), float),
-               'born_at': ((2,), float), 'trail': ((TRAIL, 2), float)}
+               'motion': ((), float), 'proof': ((), float), 'human': ((), bool),
+               'reach': ((), float), 'born_at': ((2,), float),
+               'trail': ((TRAIL, 2), float)}
 
     def __init__(self):
         self._next = 1

@@ -71,7 +71,8 @@ class Tracker:
         pose = self._motion.locate(
             self._standing(local, expected), given, known, elapsed, sensor)
         if walls is not None and known and len(hits):
-            open_space = walls.at(to_parent(given, local)) > settings.wall_margin
+            margin = settings.wall_margin + settings.wall_slack * scan.ranges[hits]
+            open_space = walls.at(to_parent(given, local)) > margin
             hits, local = hits[open_space], local[open_space]
         points = to_parent(pose, local)
         memory = self._views.setdefault(
