@@ -35,7 +35,7 @@ def config(tmp_path):
                         'robot: {start: [0, -2, 0], goal: [2, -2]}\ncases: {none: {}}\n')
     path = tmp_path / 'tiny.yaml'
     path.write_text(yaml.safe_dump({
-        'name': 'tiny', 'scenarios': [str(scenario)], 'cases': {'none': 1}, 'horizons': [1],
+        'name': 'tiny', 'scenarios': {str(scenario): 1}, 'cases': {'none': 1}, 'horizons': [1],
         'decision_horizons': [1], 'imitation_episodes': 2, 'imitation_updates': 2,
         'episodes': 4, 'parallel': 2, 'updates': 2, 'batch_size': 8, 'memory': 200,
         'evaluate_every': 4, 'evaluation_episodes': 1}))
@@ -81,7 +81,7 @@ def test_input_that_cannot_be_used_ends_with_status_2_and_one_line(config, tmp_p
     assert 'nothing: no such file' in refusal(capsys, '--config', 'nothing', *out)
     assert 'epochs: unknown' in refusal(capsys, *with_setting(epochs=3))
     assert 'memory: expected a whole number above 0' in refusal(capsys, *with_setting(memory=0))
-    assert 'nowhere: no such file' in refusal(capsys, *with_setting(scenarios=['nowhere']))
+    assert 'nowhere: no such file' in refusal(capsys, *with_setting(scenarios={'nowhere': 1}))
     assert "no case 'full'" in refusal(capsys, *with_setting(cases={'full': 1}))
     assert 'no checkpoint to resume from' in refusal(
         capsys, '--config', str(config), *out, '--resume')

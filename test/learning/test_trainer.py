@@ -65,7 +65,7 @@ def tiny(tmp_path_factory):
     """Return the settings of a run of seconds."""
     path = tmp_path_factory.mktemp('scenario') / 'hall.yaml'
     path.write_text(HALL)
-    return replace(TINY, scenarios=(str(path),))
+    return replace(TINY, scenarios={str(path): 1})
 
 
 @pytest.fixture(scope='module')
@@ -99,8 +99,8 @@ def test_the_log_has_a_row_a_round(finished):
         assert np.isfinite(float(row['loss']))
         assert sum(float(row[name]) for name in ('goal', 'collision', 'wall_collision',
                                                  'timeout')) == pytest.approx(1.0)
-    # From 0.5 towards 0.05 over the first 2000 episodes; 2 of them are done in the first row.
-    assert float(rows[0]['epsilon']) == pytest.approx(0.5 - 0.45 * 2 / 2000, abs=1e-4)
+    # From 0.3 towards 0.03 over the first 2000 episodes; 2 of them are done in the first row.
+    assert float(rows[0]['epsilon']) == pytest.approx(0.3 - 0.27 * 2 / 2000, abs=1e-4)
 
 
 def test_every_cell_is_evaluated_greedily_at_intervals(finished):
@@ -268,7 +268,7 @@ def test_a_crowd_too_large_to_train_on_is_refused_before_any_work(tmp_path, tiny
                         'cases: {none: {static: 10, dynamic: 10}}\n')
 
     with pytest.raises(SettingsError, match='crowded.yaml: cases.none: 20 agents, training '):
-        trainer_module.Trainer(replace(tiny, scenarios=(str(scenario),), cases={'none': 1}),
+        trainer_module.Trainer(replace(tiny, scenarios={str(scenario): 1}, cases={'none': 1}),
                                tmp_path)
 
 

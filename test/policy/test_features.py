@@ -86,13 +86,15 @@ def test_a_hand_worked_state():
 
     state = seen(robot, agents, DistanceField.empty())
 
-    # 4 m / 10, 0.8 m/s, 0.2 m, heading 90 degrees left of the goal, 0.5 m/s.
-    assert state.robot == pytest.approx([0.4, 0.8, 0.2, 0.0, 1.0, 0.5], abs=1e-6)
+    # 4 m / 10, 0.8 m/s, 0.2 m, heading 90 degrees left of the goal, 0.5 m/s, no wall near.
+    assert state.robot == pytest.approx([0.4, 0.8, 0.2, 0.0, 1.0, 0.5, 2.0], abs=1e-6)
     assert (state.walls == 1.0).all()
     named = dict(zip(AGENT, state.agents[0].tolist()))
     assert named == pytest.approx({
         'x': 0.4, 'y': 0.0, 'vx': -1.0, 'vy': 0.0, 'radius': 0.3, 'reach': 0.5, 'gap': 0.3,
-        'speed': 1.0, 'approach': 1.0, 'clearance': 2.0, 'clearance_ahead': 2.0}, abs=1e-6)
+        'speed': 1.0, 'approach': 1.0, 'clearance': 2.0, 'clearance_ahead': 2.0,
+        # Relative velocity (-1, -0.5): nearest after 2 / 1.25 = 1.6 s of 5, at (0.4, -0.8).
+        'cpa_time': 0.32, 'cpa_gap': np.sqrt(0.8) - 0.5}, abs=1e-6)
 
 
 def test_shapes_and_types_are_those_of_the_network(rng, field):
@@ -244,5 +246,5 @@ def test_a_mirrored_world_gives_mirrored_features(rng, room, field):
 
 def test_features_describe_themselves_for_weight_files():
     assert features.describe() == {
-        'version': 1, 'robot': list(ROBOT), 'agent': list(AGENT), 'wall_rays': 16,
+        'version': 2, 'robot': list(ROBOT), 'agent': list(AGENT), 'wall_rays': 16,
         'wall_range': 5.0, 'wall_steps': 6}

@@ -92,3 +92,12 @@ def test_a_family_that_cannot_be_drawn_is_refused_in_one_line(tmp_path, text, co
 
     assert str(error.value).startswith(f'{path}: {complaint}')
     assert '\n' not in str(error.value)
+
+
+def test_no_world_has_more_agents_than_the_family_says():
+    family = load_scenario('family')
+    for case in family.cases:
+        most = family.counts(case)
+        for seed in range(25):
+            counts = family.at(seed).counts(case)
+            assert counts[0] <= most[0] and counts[1] <= most[1]

@@ -24,10 +24,6 @@ import sys
 from wallnav_ros.world.files import find_asset
 
 
-class DeviceError(ValueError):
-    """A torch device that is not there."""
-
-
 def parse(arguments):
     """Return the parsed command line."""
     parser = argparse.ArgumentParser('train', description=__doc__.strip().splitlines()[0])
@@ -45,21 +41,19 @@ def main(arguments=None):
     """Run the command; returns its exit status."""
     options = parse(arguments)
     try:
-        import torch
-    except ImportError:
-        print('train: torch is not installed: pip install torch', file=sys.stderr)
+        from wallnav_ros.learning.checkpoints import CheckpointError
+        from wallnav_ros.learning.device import DeviceError, prepare_device
+        from wallnav_ros.learning.settings import load_settings, SettingsError
+        from wallnav_ros.learning.trainer import Trainer, TrainingDiverged
+        from wallnav_ros.simulation.scenarios import ScenarioError
+    except ModuleNotFoundError as error:
+        print(f'train: {error.name} is not installed: pip install {error.name}', file=sys.stderr)
         return 2
-    from wallnav_ros.learning.checkpoints import CheckpointError
-    from wallnav_ros.learning.settings import load_settings, SettingsError
-    from wallnav_ros.learning.trainer import Trainer, TrainingDiverged
-    from wallnav_ros.simulation.scenarios import ScenarioError
-    # One thread: small matrices gain nothing from more, and lose where cores are shared.
-    torch.set_num_threads(1)
     try:
         settings = load_settings(find_asset('params/training', options.config, '.yaml'))
-        _check_device(torch, options.device)
+        device = prepare_device(options.device)
         Path(options.out).mkdir(parents=True, exist_ok=True)
-        weights = Trainer(settings, options.out, options.device).run(resume=options.resume)
+        weights = Trainer(settings, options.out, device).run(resume=options.resume)
     except (OSError, SettingsError, ScenarioError, CheckpointError, DeviceError) as error:
         print(f'train: {error}', file=sys.stderr)
         return 2
@@ -68,13 +62,6 @@ def main(arguments=None):
         return 1
     print(f'best weights: {weights}')
     return 0
-
-
-def _check_device(torch, name):
-    try:
-        torch.empty(0, device=name)
-    except (AssertionError, RuntimeError) as error:     # what torch raises where there is none
-        raise DeviceError(f'--device {name}: {str(error).splitlines()[0]}') from None
 
 
 if __name__ == '__main__':

@@ -26,7 +26,7 @@ from wallnav_ros.world.files import share_directory
 
 
 def export_weights(trainer, path):
-    """Write the trainer's target network to `path` (.npz)."""
+    """Write the trainer's target network to `path` (.npz); returns its metadata."""
     settings = trainer.settings
     metadata = {
         'format': FORMAT,
@@ -43,6 +43,7 @@ def export_weights(trainer, path):
                      'seconds': round(trainer.counts['seconds'], 1), 'commit': commit()},
     }
     ValueFunction(metadata, trainer.target.tensors()).save(path)
+    return metadata
 
 
 def commit():

@@ -58,7 +58,7 @@ class ValueNetwork(nn.Module):
         """
         Return values (S,) of S states.
 
-        own: (S, 22) robot and wall features; agents: (S, N, 11); present: (S, N) bool.
+        own: (S, 23) robot and wall features; agents: (S, N, 13); present: (S, N) bool.
         """
         state, agent = torch.nonzero(present, as_tuple=True)
         crowd = own.new_zeros(len(own), self.sizes['mlp2'][-1])

@@ -41,9 +41,10 @@ class TrainSettings:
     name: str = 'wallnav'
     # Everything random follows from this.
     seed: int = 0
-    # Scenarios to draw episodes from, and how often each case comes up.
-    scenarios: tuple = ('curve_path', 'cross_path')
-    cases: dict = field(default_factory=lambda: {'none': 1, 'static': 2, 'dynamic': 3,
+    # Scenarios to draw episodes from, and how often each of them and each case comes up.
+    scenarios: dict = field(default_factory=lambda: {'curve_path': 2, 'cross_path': 2,
+                                                     'family': 3})
+    cases: dict = field(default_factory=lambda: {'none': 1, 'static': 2, 'dynamic': 4,
                                                  'mixed': 3})
     # Share of episodes that keep the scenario's robot; the rest draw from the ranges below.
     own_robot: float = 0.5
@@ -53,8 +54,9 @@ class TrainSettings:
     time_step: float = 0.25
     discount: float = 0.9
     max_turn_rate: float = 1.8
-    # Steps ahead at which training decides and the shipped policy decides.
-    horizons: tuple = (3,)
+    # Steps ahead at which training decides (one of them, drawn each round), and at which the
+    # shipped policy decides (the mean of all of them).
+    horizons: tuple = (2, 4, 6)
     decision_horizons: tuple = (2, 4, 6)
     # Seconds: how widely the policy passes walking agents, per m/s of their speed.
     caution: float = 0.15
@@ -70,9 +72,9 @@ class TrainSettings:
     batch_size: int = 256
     learning_rate: float = 1e-3
     final_learning_rate: float = 1e-4
-    memory: int = 120000
-    epsilon_start: float = 0.5
-    epsilon_end: float = 0.05
+    memory: int = 80000
+    epsilon_start: float = 0.3
+    epsilon_end: float = 0.03
     epsilon_episodes: int = 2000
     # The target network follows the trained one by 1 - this much per update; it also acts,
     # is evaluated and is what gets exported.
@@ -121,11 +123,11 @@ def _converted(path, key, value, kind):
 def _expectations(settings):
     """Yield (key, whether it holds, what is expected) of every setting."""
     yield 'name', settings.name and '/' not in settings.name, 'a file name without folders'
-    yield 'scenarios', settings.scenarios and all(
-        type(name) is str for name in settings.scenarios), 'files or short names, at least one'
-    yield 'cases', all(type(name) is str and _number(weight) and weight >= 0.0
-                       for name, weight in settings.cases.items()) and any(
-        settings.cases.values()), '{case: weight}, weights 0 or more and not all 0'
+    for key in ('scenarios', 'cases'):
+        value = getattr(settings, key)
+        yield key, all(type(name) is str and _number(weight) and weight >= 0.0
+                       for name, weight in value.items()) and any(value.values()), (
+            '{name: weight}, weights 0 or more and not all 0')
     for key in ('radius', 'preferred_speed'):
         value = getattr(settings, key)
         yield key, len(value) == 2 and all(map(_number, value)) and 0.0 < value[0] <= value[1], (

@@ -28,11 +28,13 @@ import numpy as np
 import torch
 from tqdm import tqdm
 
-from wallnav_ros.learning.checkpoints import load_checkpoint, save_checkpoint
+from wallnav_ros.learning.checkpoints import (
+    CheckpointError, FILE, load_checkpoint, save_checkpoint)
 from wallnav_ros.learning.experience import Demonstrator, Explorer, gather
 from wallnav_ros.learning.export import export_weights
 from wallnav_ros.learning.memory import MOST_AGENTS, ReplayMemory
 from wallnav_ros.learning.networks import NetworkValue, ValueNetwork
+from wallnav_ros.learning.report import draw_curves, write_card
 from wallnav_ros.learning.settings import SettingsError
 from wallnav_ros.policy.actions import make_actions
 from wallnav_ros.policy.lookahead import Lookahead, Rule
@@ -44,6 +46,7 @@ from wallnav_ros.simulation.scenarios import load_scenario
 from wallnav_ros.world.files import atomic_write
 
 CHECKPOINT_SECONDS = 45.0
+WORLD_SHARE = 4        # episodes that share a world, because decisions in one world batch well
 
 
 class TrainingDiverged(RuntimeError):
@@ -57,7 +60,7 @@ class Trainer:
         self.settings = settings
         self.out = Path(out)
         self.device = torch.device(device)
-        self.scenarios = [load_scenario(name) for name in settings.scenarios]
+        self.scenarios = {name: load_scenario(name) for name in settings.scenarios}
         self._check_crowds()
         self.actions = make_actions(settings.max_turn_rate)
         self.rng = np.random.default_rng(settings.seed)
@@ -74,6 +77,9 @@ class Trainer:
         """Train to the end; returns the path of the best exported weights."""
         if resume:
             load_checkpoint(self)
+        elif (self.out / FILE).is_file():
+            raise CheckpointError(f'{self.out / FILE}: holds an earlier run; go on from it with '
+                                  '--resume, or choose another --out')
         self.imitate()
         self.learn()
         if self._evaluated() < self.counts['episodes']:
@@ -132,7 +138,7 @@ class Trainer:
         rule = self._rule(settings.decision_horizons)
         policy = GreedyPolicy(Lookahead(NetworkValue(self.target), self.actions, rule))
         cells = {}
-        for scenario in self.scenarios:
+        for scenario in self.scenarios.values():
             for case in settings.cases:
                 episodes = [draw_episode(scenario, case, settings.evaluation_seed + number)
                             for number in range(settings.evaluation_episodes)]
@@ -141,13 +147,16 @@ class Trainer:
                 cells[f'{scenario.name}/{case}'] = np.mean(
                     [result.outcome == 'goal' for result in results])
         # The mean breaks ties among equally bad worst cells.
+        rows = self.rows['evaluation'][-len(cells):]
         score = min(cells.values()) + 0.01 * float(np.mean(list(cells.values())))
         tqdm.write(f'{self.counts["episodes"]} episodes, greedy success: '
                    + ', '.join(f'{name} {rate:.0%}' for name, rate in cells.items()))
         export_weights(self, self.out / 'last.npz')
         if score >= self.counts['best']:
             self.counts['best'] = float(score)
-            export_weights(self, self.out / f'{settings.name}.npz')
+            metadata = export_weights(self, self.out / f'{settings.name}.npz')
+            write_card(metadata, rows, self.out / f'{settings.name}.md')
+        draw_curves(self.rows, self.out / 'curves.png')
         self._write_logs()
 
     def _evaluated(self):
@@ -164,7 +173,7 @@ class Trainer:
 
     def _check_crowds(self):
         """Raise SettingsError now rather than when the first such crowd is drawn."""
-        for scenario in self.scenarios:
+        for scenario in self.scenarios.values():
             for case in self.settings.cases:
                 crowd = sum(scenario.counts(case))
                 if crowd > MOST_AGENTS:
@@ -174,21 +183,26 @@ class Trainer:
 
     def _draw(self, count):
         """Return `count` episodes of random scenario, case, robot and seed."""
-        settings = self.settings
-        cases = list(settings.cases)
-        weight = np.array([settings.cases[case] for case in cases], dtype=float)
-        episodes = []
-        for _ in range(count):
-            scenario = self.scenarios[self.rng.integers(len(self.scenarios))]
-            case = cases[self.rng.choice(len(cases), p=weight / weight.sum())]
-            # Training seeds are negative-free and far above those anyone evaluates with.
-            seed = int(self.rng.integers(2 ** 32, 2 ** 62))
-            own = self.rng.random() < settings.own_robot
-            radius, speed = self.rng.uniform(*np.transpose(
-                [settings.radius, settings.preferred_speed]))
-            episodes.append(draw_episode(scenario, case, seed, None if own else radius,
-                                         None if own else speed))
+        settings, episodes = self.settings, []
+        while len(episodes) < count:
+            # Far above any seed that policies are evaluated with.
+            world = self._pick(self.scenarios, settings.scenarios).at(self._seed())
+            for _ in range(min(WORLD_SHARE, count - len(episodes))):
+                case = self._pick({name: name for name in settings.cases}, settings.cases)
+                own = self.rng.random() < settings.own_robot
+                radius, speed = self.rng.uniform(*np.transpose(
+                    [settings.radius, settings.preferred_speed]))
+                episodes.append(draw_episode(world, case, self._seed(), None if own else radius,
+                                             None if own else speed))
         return episodes
+
+    def _seed(self):
+        return int(self.rng.integers(2 ** 32, 2 ** 62))
+
+    def _pick(self, choices, weights):
+        names = list(weights)
+        weight = np.array([weights[name] for name in names], dtype=float)
+        return choices[names[self.rng.choice(len(names), p=weight / weight.sum())]]
 
     def _update(self, count):
         """Fit the network to `count` batches from memory; returns the mean loss."""

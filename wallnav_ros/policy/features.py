@@ -23,7 +23,7 @@ import numpy as np
 
 from wallnav_ros.world.geometry import rotate
 
-VERSION = 1            # raised when a feature changes meaning: older weights are then refused
+VERSION = 2            # raised when a feature changes meaning: older weights are then refused
 WALL_RAYS = 16         # rays, the first towards the goal, counter-clockwise
 WALL_RANGE = 5.0       # m, beyond which a wall does not matter
 WALL_STEPS = 6         # sphere-tracing steps: grazing rays end short, never beyond a wall
@@ -31,11 +31,13 @@ AGENT_SCALE = 5.0      # m
 GOAL_SCALE = 10.0      # m
 GOAL_LIMIT = 15.0      # m, beyond which a farther goal looks the same
 CLEARANCE_LIMIT = 2.0  # m
+CPA_HORIZON = 5.0      # s, beyond which a closest point of approach does not matter
 AHEAD = 1.0            # s, how far ahead of an agent its walls are felt
 
-ROBOT = ('goal_distance', 'preferred_speed', 'radius', 'heading_cos', 'heading_sin', 'speed')
+ROBOT = ('goal_distance', 'preferred_speed', 'radius', 'heading_cos', 'heading_sin', 'speed',
+         'wall_gap')
 AGENT = ('x', 'y', 'vx', 'vy', 'radius', 'reach', 'gap', 'speed', 'approach', 'clearance',
-         'clearance_ahead')
+         'clearance_ahead', 'cpa_time', 'cpa_gap')
 
 
 @dataclass(frozen=True)
@@ -43,7 +45,7 @@ class Features:
     """
     float32 arrays with shared leading axes.
 
-    robot: (..., 6); walls: (..., 16); agents: (..., N, 11); present: (..., N) bool.
+    robot: (..., 7); walls: (..., 16); agents: (..., N, 13); present: (..., N) bool.
     """
 
     robot: np.ndarray
@@ -82,7 +84,8 @@ def extract(robot, agents, clearance, walls):
     heading = robot.pose[..., 2] - bearing
     own = np.stack(np.broadcast_arrays(
         np.minimum(distance, GOAL_LIMIT) / GOAL_SCALE, robot.preferred_speed, robot.radius,
-        np.cos(heading), np.sin(heading), robot.velocity[..., 0]), axis=-1)
+        np.cos(heading), np.sin(heading), robot.velocity[..., 0],
+        np.minimum(walls.at(robot.position) - robot.radius, CLEARANCE_LIMIT)), axis=-1)
     rays = bearing[..., None] + 2.0 * np.pi / WALL_RAYS * np.arange(WALL_RAYS)
     reach = walls.raycast(robot.position[..., None, :], rays, WALL_RANGE, WALL_STEPS)
     return Features(own.astype(np.float32), (reach / WALL_RANGE).astype(np.float32),
@@ -91,16 +94,29 @@ def extract(robot, agents, clearance, walls):
 
 
 def _agents(robot, agents, clearance, bearing):
-    """Return the agent features (..., N, 11), zero where an agent is padding."""
+    """Return the agent features (..., N, 13), zero where an agent is padding."""
     bearing = bearing[..., None]
     offset = rotate(agents.position - robot.position[..., None, :], -bearing)
     velocity = rotate(agents.velocity, -bearing)
     distance = np.hypot(offset[..., 0], offset[..., 1])
     reach = agents.radius + np.asarray(robot.radius)[..., None]
     approach = -np.sum(offset * velocity, axis=-1) / np.maximum(distance, 1e-6)
+    cpa_time, cpa_distance = _closest_point(robot, offset, velocity, bearing)
     rows = np.stack(np.broadcast_arrays(
         offset[..., 0] / AGENT_SCALE, offset[..., 1] / AGENT_SCALE,
         velocity[..., 0], velocity[..., 1], agents.radius, reach,
         (distance - reach) / AGENT_SCALE, np.hypot(velocity[..., 0], velocity[..., 1]),
-        approach, clearance[..., 0], clearance[..., 1]), axis=-1).astype(np.float32)
+        approach, clearance[..., 0], clearance[..., 1], cpa_time / CPA_HORIZON,
+        np.minimum(cpa_distance - reach, CLEARANCE_LIMIT)), axis=-1).astype(np.float32)
     return np.where(agents.present[..., None], rows, np.float32(0.0))
+
+
+def _closest_point(robot, offset, velocity, bearing):
+    """Return when (s) and how far off (m) each agent is nearest if all keep their velocity."""
+    heading = robot.pose[..., 2, None] - bearing
+    speed = robot.velocity[..., 0, None]
+    x = velocity[..., 0] - speed * np.cos(heading)
+    y = velocity[..., 1] - speed * np.sin(heading)
+    approach = -(offset[..., 0] * x + offset[..., 1] * y)
+    time = np.clip(approach / np.maximum(x * x + y * y, 1e-6), 0.0, CPA_HORIZON)
+    return time, np.hypot(offset[..., 0] + time * x, offset[..., 1] + time * y)

@@ -53,8 +53,9 @@ class Family:
     cases = ('none', 'static', 'dynamic', 'mixed')
 
     def counts(self, case):
-        """Return the most agents that may stand and walk; a world of its own has fewer."""
-        return MOST_AGENTS, MOST_AGENTS
+        """Return the most agents that may stand and walk in any of its worlds."""
+        return {'none': (0, 0), 'static': (MOST_AGENTS // 2, 0), 'dynamic': (0, MOST_AGENTS),
+                'mixed': (MOST_AGENTS // 3, MOST_AGENTS // 2)}[case]
 
     def at(self, seed):
         """Return the Scenario of `seed`, the same whoever asks and whenever."""

@@ -1,0 +1,103 @@
+# Copyright 2026 The wallnav_ros authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+What a training run leaves for people: its curves and the model card.
+
+Paper section 7 (Figs. 4 and 7): rates and rewards over the episodes trained.
+"""
+
+import matplotlib
+from matplotlib.figure import Figure
+import numpy as np
+
+from wallnav_ros.world.files import atomic_write
+
+matplotlib.use('Agg')
+
+SMOOTHING = 10      # rounds that a training curve is averaged over
+
+
+def draw_curves(rows, path):
+    """Draw the training log and every cell's greedy success to `path` (.png)."""
+    log, cells = rows['log'], rows['evaluation']
+    figure = Figure(figsize=(10, 8), layout='constrained')
+    training, greedy = figure.subplots(2, 1, sharex=True)
+    episodes = [row['episodes'] for row in log]
+    for name, colour in (('goal', 'tab:green'), ('collision', 'tab:red'),
+                         ('wall_collision', 'tab:brown'), ('timeout', 'tab:gray')):
+        training.plot(episodes, _smooth([row[name] for row in log]), color=colour,
+                      label=name.replace('_', ' '))
+    training.set(ylabel='share of training episodes', ylim=(0.0, 1.0),
+                 title='Training, exploring as it goes')
+    loss = training.twinx()
+    loss.plot(episodes, _smooth([row['loss'] for row in log]), color='tab:blue', alpha=0.4,
+              label='loss')
+    loss.set(ylabel='loss', ylim=(0.0, None))
+    training.legend(loc='center right')
+    for name in dict.fromkeys((row['scenario'], row['case']) for row in cells):
+        own = [row for row in cells if (row['scenario'], row['case']) == name]
+        greedy.plot([row['episodes'] for row in own], [row['goal'] for row in own], marker='o',
+                    label=' '.join(name))
+    greedy.set(xlabel='episodes', ylabel='greedy success', ylim=(0.0, 1.02),
+               title='Greedy, every cell apart')
+    greedy.grid(alpha=0.3)
+    if cells:
+        greedy.legend(ncols=2, fontsize='small')
+    with atomic_write(path, 'wb') as stream:
+        figure.savefig(stream, format='png', dpi=100)
+
+
+def write_card(metadata, cells, path):
+    """
+    Write the model card to `path` (.md).
+
+    metadata: of the exported weights. cells: the rows of the greedy evaluation it was kept for.
+    """
+    training, network = metadata['training'], metadata['network']
+    settings = training['settings']
+    lines = [
+        f'# {metadata["name"]}', '',
+        'A value network for a wheeled robot among people and walls: three MLPs in series, '
+        f'layer widths {network["sizes"]}.', '',
+        f'- Trained for {training["episodes"]} episodes ({training["seconds"] / 60.0:.0f} min) '
+        f'from seed {settings["seed"]} at commit {training["commit"]}, after '
+        f'{settings["imitation_episodes"]} demonstrations by ORCA.',
+        f'- Worlds: {", ".join(settings["scenarios"])}; robots of '
+        f'{settings["radius"][0]} to {settings["radius"][1]} m radius that prefer '
+        f'{settings["preferred_speed"][0]} to {settings["preferred_speed"][1]} m/s; the crowd '
+        'does not see the robot.',
+        f'- Reward {metadata["reward"]}, discount {metadata["discount"]}, time step '
+        f'{metadata["time_step"]} s.',
+        f'- Decides by looking {metadata["decision"]["horizons"]} steps ahead, with a caution of '
+        f'{metadata["decision"]["caution"]} s.',
+        '', 'Greedy success when it was kept, over '
+        f'{settings["evaluation_episodes"]} episodes a cell that training never saw:', '',
+        '| scenario | case | success | collision | wall | timeout | time s |',
+        '|---|---|---|---|---|---|---|']
+    lines += [f'| {row["scenario"]} | {row["case"]} | '
+              + ' | '.join(f'{row[name]:.1%}' for name in ('goal', 'collision', 'wall_collision',
+                                                            'timeout'))
+              + f' | {row["time"]:.2f} |' for row in cells]
+    lines += ['', 'Not for people who run, nor for floors that are not flat: it has met neither. '
+              'It assumes that everything within 5 m is seen by the laser or is in the map.', '']
+    with atomic_write(path) as stream:
+        stream.write('\n'.join(lines))
+
+
+def _smooth(values):
+    """Return the running mean of `values` over the last SMOOTHING entries."""
+    sums = np.cumsum(np.asarray(values, dtype=float))
+    width = np.minimum(np.arange(1, len(values) + 1), SMOOTHING)
+    before = np.concatenate((np.zeros(SMOOTHING), sums))[:len(values)]
+    return (sums - before) / width
