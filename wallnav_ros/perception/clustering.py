@@ -93,13 +93,22 @@ def describe(points, origin, owner, step):
     offset = points - centroid[owner]
     along = np.einsum('ij,ij->i', offset, sight[owner])
     across = offset[:, 1] * sight[owner, 0] - offset[:, 0] * sight[owner, 1]
-    width = _spread(across, owner, total) + distance * step
-    return Clusters(owner, count, centroid, width, _spread(along, owner, total), distance)
-
-
-def _spread(values, owner, total):
-    """Return max - min (C,) of `values` (P,) over each owner."""
     order = np.argsort(owner, kind='stable')
-    first = np.searchsorted(owner[order], np.arange(total))
-    ordered = values[order]
-    return np.maximum.reduceat(ordered, first) - np.minimum.reduceat(ordered, first)
+    first = np.cumsum(count) - count
+    width = _spread(across[order], first) + distance * step
+    return Clusters(owner, count, centroid, width, _spread(along[order], first), distance)
+
+
+def extent(points, owner):
+    """Return the diagonal (C,) in metres of the box around the points (P, 2) of each owner."""
+    if not len(owner):
+        return np.empty(0)
+    order = np.argsort(owner, kind='stable')
+    count = np.bincount(owner)
+    first = np.cumsum(count) - count
+    return np.hypot(*(_spread(points[order, axis], first) for axis in (0, 1)))
+
+
+def _spread(values, first):
+    """Return max - min (C,) of the runs of `values` (P,) that begin at `first` (C,)."""
+    return np.maximum.reduceat(values, first) - np.minimum.reduceat(values, first)

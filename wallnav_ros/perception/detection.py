@@ -22,7 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wallnav_ros.perception.clustering import describe, split_runs
+from wallnav_ros.perception.clustering import describe, extent, split_runs
 from wallnav_ros.perception.visibility import look_up
 
 # Where the beams that cross a disc evenly hit it, on average, before its centre: pi / 4 radii.
@@ -109,7 +109,7 @@ def detect(scan, hits, points, pose, evidence, expected, settings):
     size = np.maximum(clusters.width, clusters.depth)
     chosen = np.flatnonzero(size <= settings.largest_width)
     total = len(clusters)
-    apart = _stand_apart(scan, hits, points, pose, settings)
+    apart = _stand_apart(scan, hits, points, settings)
     apart = np.bincount(owner, apart, total)[chosen] > 0.5 * clusters.count[chosen]
     still = np.bincount(owner, still, total)[chosen] / clusters.count[chosen]
     fresh = np.bincount(owner, fresh, total)[chosen] / clusters.count[chosen]
@@ -140,13 +140,12 @@ def _half_hidden(scan, hits, owner, total, settings):
     return hidden
 
 
-def _stand_apart(scan, hits, points, pose, settings):
+def _stand_apart(scan, hits, points, settings):
     """Return (P,) bool: the beam end is no part of, nor close to, anything large."""
     step = abs(scan.angle_increment)
     group = split_runs(scan.angles[hits], scan.ranges[hits], step, scan.full_circle,
                        settings.apart_distance, settings.beam_factor)
-    groups = describe(points, pose[:2], group, step)
-    return np.hypot(groups.width, groups.depth)[group] < settings.apart_width
+    return extent(points, group)[group] < settings.apart_width
 
 
 def _cut(owner, clusters, points, background, expected, settings):

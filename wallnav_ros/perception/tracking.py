@@ -123,8 +123,9 @@ class Tracker:
         people = self._table.position[self._table.human]
         if not len(people):
             return local
-        gap = np.linalg.norm(to_parent(pose, local)[:, None] - people[None], axis=2)
-        return local[gap.min(axis=1) > self.settings.carve_radius]
+        placed = to_parent(pose, local)
+        squared = (placed[:, :1] - people[:, 0]) ** 2 + (placed[:, 1:] - people[:, 1]) ** 2
+        return local[squared.min(axis=1) > self.settings.carve_radius ** 2]
 
     def _correct(self, seen, match, scan, view, elapsed):
         """Correct the tracks that were seen, by one detection or the mean of two legs."""

@@ -75,7 +75,9 @@ def look_up(views, scan, points, lateral, depth, slack):
     slack: the same as `depth` for each metre of distance (angular error on slanting walls).
     Both are False where the view did not reach.
     """
-    poses = np.stack([view.pose for view in views])[:, None]
+    # Single precision resolves a tenth of a millimetre here, at half the cost.
+    points = points.astype(np.float32)
+    poses = np.stack([view.pose for view in views])[:, None].astype(np.float32)
     x, y = points[:, 0] - poses[..., 0], points[:, 1] - poses[..., 1]
     distance = np.sqrt(x * x + y * y)
     beams, step = len(scan.ranges), scan.angle_increment
@@ -91,9 +93,7 @@ def look_up(views, scan, points, lateral, depth, slack):
     seen = (index >= 0) & (index < beams)
     index = np.where(seen, index, 0).astype(np.intp)
     half = lateral / np.maximum(distance * abs(step), 1e-6)
-    level = np.searchsorted(_WINDOWS, half.ravel()).reshape(half.shape)
-    level = np.minimum(level, len(_WINDOWS) - 1)
-    flat = level * beams + index
+    flat = index + beams * sum(half > window for window in _WINDOWS[:-1])
     margin = depth + slack * distance
 
     def take(name):
