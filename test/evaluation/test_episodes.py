@@ -99,6 +99,7 @@ def test_orca_and_weight_files_are_policies(weights):
     assert isinstance(load_policy('orca'), OrcaPolicy)
     assert load_policy(weights).lookahead.rule.horizons == (1,)
     assert load_policy(weights, (2, 4)).lookahead.rule.horizons == (2, 4)
+    assert load_policy(weights, caution=0.3).lookahead.rule.caution == 0.3
 
 
 def test_an_unknown_model_lists_the_shipped_ones():

@@ -42,6 +42,8 @@ def parse(arguments):
                         help='of the first episode of each cell')
     parser.add_argument('--horizons', type=_positive, nargs='+', metavar='STEPS',
                         help="decision rule (default: the model's own; 1 is the paper's)")
+    parser.add_argument('--caution', type=_seconds, metavar='S',
+                        help="decision rule (default: the model's own; 0 is the paper's)")
     parser.add_argument('--out', required=True, help='folder for the results')
     parser.add_argument('--workers', type=_positive, default=1, help='processes')
     parser.add_argument('--json', metavar='FILE', help='also write the summary here')
@@ -55,11 +57,11 @@ def main(arguments=None):
     try:
         # First: a folder that cannot be written should not cost an evaluation.
         out.mkdir(parents=True, exist_ok=True)
-        load_policy(options.model, options.horizons)
+        load_policy(options.model, options.horizons, options.caution)
         campaigns = [
             Campaign(options.model, name, case,
                      range(options.seed, options.seed + options.episodes),
-                     options.horizons and tuple(options.horizons))
+                     options.horizons and tuple(options.horizons), options.caution)
             for name in options.scenario for case in _cases(name, options.case)]
         results = run_campaigns(campaigns, options.workers)
     except (OSError, ScenarioError, WeightsError) as error:
@@ -95,6 +97,13 @@ def _positive(text):
     if not _natural(text):
         raise argparse.ArgumentTypeError(f'expected a whole number above 0, got {text}')
     return int(text)
+
+
+def _seconds(text):
+    value = float(text)
+    if not 0.0 <= value < 10.0:
+        raise argparse.ArgumentTypeError(f'expected seconds from 0 to 10, got {text}')
+    return value
 
 
 if __name__ == '__main__':

@@ -45,7 +45,7 @@ class Campaign:
     What to evaluate.
 
     model: weight file, its short name, or `orca`. scenario: file or short name.
-    case: one of its cases. seeds: range. horizons: steps, or None for the model's own rule.
+    case: one of its cases. seeds: range. horizons, caution: None for the model's own rule.
     """
 
     model: str
@@ -53,9 +53,10 @@ class Campaign:
     case: str
     seeds: range
     horizons: tuple = None
+    caution: float = None
 
 
-def load_policy(model, horizons=None):
+def load_policy(model, horizons=None, caution=None):
     """
     Return the policy called `model`.
 
@@ -64,7 +65,7 @@ def load_policy(model, horizons=None):
     if model == 'orca':
         return OrcaPolicy(make_actions())
     weights = load_value_function(find_asset('models', model, '.npz'))
-    return GreedyPolicy(Lookahead.from_weights(weights, horizons))
+    return GreedyPolicy(Lookahead.from_weights(weights, horizons, caution))
 
 
 def run_campaigns(campaigns, workers=1, progress=True):
@@ -98,7 +99,7 @@ def _collect(batches, jobs, results, bar):
 
 def _run_batch(job):
     campaign, seeds = job
-    policy = load_policy(campaign.model, campaign.horizons)
+    policy = load_policy(campaign.model, campaign.horizons, campaign.caution)
     scenario = load_scenario(campaign.scenario)
     episodes = list(map(draw_episode, repeat(scenario), repeat(campaign.case), seeds))
     return run_episodes(episodes, policy)

@@ -96,11 +96,16 @@ class Lookahead:
         self.rule = rule
 
     @classmethod
-    def from_weights(cls, value_function, horizons=None):
-        """Return the Lookahead that weights were trained for; `horizons` overrides its rule."""
+    def from_weights(cls, value_function, horizons=None, caution=None):
+        """
+        Return the Lookahead that weights were trained for.
+
+        `horizons` and `caution` override its rule: (1,) and 0 give the paper's.
+        """
         about = value_function.metadata
-        rule = Rule(tuple(horizons or about['decision']['horizons']), about['time_step'],
-                    about['discount'], about['reward'], about['decision']['caution'])
+        own = about['decision']
+        rule = Rule(tuple(horizons or own['horizons']), about['time_step'], about['discount'],
+                    about['reward'], own['caution'] if caution is None else caution)
         return cls(value_function, make_actions(**about['actions']), rule)
 
     def decide(self, observation):
