@@ -83,7 +83,8 @@ def _costs(table, detections, settings):
     # A speck is no leg: it may feed the track of a speck, and another only for want of better.
     speck = (detections.radius < settings.thin_radius)[None]
     cost += settings.mismatch_cost * (speck & (table.radius > settings.thin_radius)[:, None])
-    return np.where(distance <= settings.gate ** 2, cost, _NEVER)
+    gate = np.where(table.human, settings.human_gate, settings.gate)
+    return np.where(distance <= gate[:, None] ** 2, cost, _NEVER)
 
 
 def _unpair(first, second, detections, settings):

@@ -112,6 +112,8 @@ class TrackerSettings:
     # Association.
     gate: float = 3.0
     """standard deviations; 99 % of what belongs together lies within."""
+    human_gate: float = 4.0
+    """standard deviations; people turn more sharply than the motion noise allows for."""
     second_leg_cost: float = 2.0
     """squared deviations; a leg of one's own goes before another's second."""
     mismatch_cost: float = 4.0
