@@ -57,6 +57,14 @@ within {match} m. Velocities count {settled} s after birth.
 - *Without odometry* (negative_2, following_outdoor_1) the robot's motion comes from matching
   scans. Outdoors there is nothing to match; the person is known by legs that swing against each
   other.
+- *False people.* From a moving robot, edges of furniture that come into view, surfaces that return
+  only some beams and things hit on a slant are at times taken for movers; it is worst in
+  `olin_mac_1st_floor_take_2`, where one track also runs on for over a second without a beam near
+  it. Outdoors, passing specks are.
+- *Simulated labels and velocities.* Walkers who are blocked or slow before they have covered their
+  own width are still obstacles, with no velocity; a motion noise small enough for the velocity
+  target loses people who walk in circles (`leg_tracker_stationary`).
+- *Crowds.* In `tamu_people_2023/example9` people overlap in pairs, and some get a second identity.
 
 ## Pictures
 
