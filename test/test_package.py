@@ -28,7 +28,8 @@ import pytest
 
 PACKAGE = 'wallnav_ros'
 NODES = {'policy_node', 'scan_tracker_node', 'map_walls_node', 'simulator_node'}
-TOOLS = {'extract_walls', 'replay', 'train', 'evaluate', 'drive', 'benchmark', 'make_maps'}
+TOOLS = {'extract_walls', 'replay', 'train', 'evaluate', 'drive', 'benchmark', 'make_maps',
+         'score_tracking'}
 
 # Keys of the ROS distribution and of Ubuntu 24.04 in the rosdep database.
 ROSDEP_KEYS = {
@@ -104,6 +105,13 @@ def test_the_executables_are_those_of_the_contract(distribution):
     expected |= {name: f'{PACKAGE}.commands.{name}:main' for name in TOOLS}
 
     assert console_scripts(distribution) == expected
+
+
+def test_every_module_that_has_a_main_is_an_executable(repository):
+    rooms = [repository / PACKAGE / name for name in ('nodes', 'commands')]
+
+    assert NODES | TOOLS == {path.stem for room in rooms for path in room.glob('*.py')
+                             if re.search(r'^def main\(', path.read_text(), re.MULTILINE)}
 
 
 @pytest.mark.extras

@@ -87,7 +87,7 @@ def write_card(metadata, cells, path):
         '|---|---|---|---|---|---|---|']
     lines += [f'| {row["scenario"]} | {row["case"]} | '
               + ' | '.join(f'{row[name]:.1%}' for name in ('goal', 'collision', 'wall_collision',
-                                                            'timeout'))
+                                                           'timeout'))
               + f' | {row["time"]:.2f} |' for row in cells]
     lines += ['', 'Not for people who run, nor for floors that are not flat: it has met neither. '
               'It assumes that everything within 5 m is seen by the laser or is in the map.', '']
