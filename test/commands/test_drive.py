@@ -24,10 +24,10 @@ from time import monotonic
 
 import pytest
 
-pytest.importorskip('rclpy')
-pytest.importorskip('pyrvo')
+rclpy = pytest.importorskip('rclpy')
+pyrvo = pytest.importorskip('pyrvo')
 
-from wallnav_ros.commands.drive import main
+from wallnav_ros.commands.drive import main  # noqa: E402
 
 pytestmark = pytest.mark.extras
 NODES = ('simulator_node', 'map_walls_node', 'scan_tracker_node', 'policy_node')

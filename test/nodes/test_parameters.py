@@ -14,7 +14,6 @@
 """The parameter file and the nodes agree; values that make no sense are refused by name."""
 
 import pytest
-import yaml
 
 rclpy = pytest.importorskip('rclpy')
 
@@ -25,6 +24,7 @@ from wallnav_ros.nodes.parameters import declare, declare_pose, declare_settings
 from wallnav_ros.nodes.policy_node import PolicyNode  # noqa: E402
 from wallnav_ros.nodes.scan_tracker_node import ScanTrackerNode  # noqa: E402
 from wallnav_ros.perception.settings import TrackerSettings  # noqa: E402
+import yaml  # noqa: E402
 
 
 @pytest.fixture

@@ -15,21 +15,20 @@
 
 import json
 
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
+from nav_msgs.msg import Odometry
 import numpy as np
 import pytest
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import LaserScan, PointCloud2
+from std_msgs.msg import String
+from wallnav_ros.nodes import conversions as convert
+from wallnav_ros.nodes.topics import LATCHED, RELIABLE, SENSOR
 
-rclpy = pytest.importorskip('rclpy')
-pytest.importorskip('pyrvo')
+pyrvo = pytest.importorskip('pyrvo')
 
-from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist  # noqa: E402
-from nav_msgs.msg import Odometry  # noqa: E402
-from rclpy.executors import SingleThreadedExecutor  # noqa: E402
-from rosgraph_msgs.msg import Clock  # noqa: E402
-from sensor_msgs.msg import LaserScan, PointCloud2  # noqa: E402
-from std_msgs.msg import String  # noqa: E402
-
-from wallnav_ros.nodes import conversions as convert  # noqa: E402
-from wallnav_ros.nodes.topics import LATCHED, RELIABLE, SENSOR  # noqa: E402
 from wallnav_ros.simulation.episodes import draw_episode  # noqa: E402
 from wallnav_ros.simulation.lidar import Lidar  # noqa: E402
 from wallnav_ros.simulation.scenarios import load_scenario  # noqa: E402

@@ -35,7 +35,7 @@ class FrameTree:
         self._listener = tf2_ros.TransformListener(self._buffer, node)
 
     def pose(self, parent, child):
-        """Return the stamp (s) and pose (3,) of `child` in `parent`, or None if not known."""
+        """Return when (s) and where (3,) `child` last was in `parent`, or None if not known."""
         try:
             found = self._buffer.lookup_transform(parent, child, Time())
             return seconds(found.header.stamp), pose_from_message(_pose(found.transform))
@@ -71,6 +71,6 @@ def transform_message(stamp, parent, child, pose):
 
 
 def _pose(transform):
-    """Return a geometry_msgs Transform as a Pose."""
+    """Return the Pose that a geometry_msgs Transform is."""
     shift = transform.translation
     return Pose(position=Point(x=shift.x, y=shift.y, z=shift.z), orientation=transform.rotation)
