@@ -141,3 +141,16 @@ def test_a_tool_refuses_an_unknown_option_with_status_2(tool):
 
     assert done.returncode == 2
     assert 'Traceback' not in done.stderr
+
+
+def test_every_link_between_the_pages_leads_somewhere(repository):
+    pages = [repository / 'README.md', repository / 'CONTRIBUTING.md',
+             *repository.glob('docs/*.md')]
+    links = [(page, link) for page in pages
+             for link in re.findall(r'\]\(([^)#\s]+)[^)]*\)', page.read_text())
+             if not link.startswith(('http://', 'https://'))]
+
+    broken = [f'{page.name}: {link}' for page, link in links if not (page.parent / link).exists()]
+
+    assert links
+    assert broken == []
