@@ -50,7 +50,7 @@ def hall_map(tmp_path_factory):
         cv2.line(image, start, end, 0)
     cv2.imwrite(str(folder / 'hall.png'), image[::-1])
     (folder / 'hall.yaml').write_text(
-        'image: hall.png\nresolution: 0.05\norigin: [-0.5, -0.5, 0.0]\nnegate: 0\n'
+        'image: hall.png\nresolution: 0.05\norigin: [-0.525, -0.525, 0.0]\nnegate: 0\n'
         'occupied_thresh: 0.65\nfree_thresh: 0.196\n')
     return str(folder / 'hall.yaml')
 

@@ -44,6 +44,8 @@ from wallnav_ros.policy.value_function import load_value_function, WeightsError
 from wallnav_ros.world.files import atomic_write, find_asset
 from wallnav_ros.world.tracks import HUMAN
 
+# m, as the nodes' parameter wall_min_size.
+SPECKLE = 0.1
 CLASSES = {True: 'human', False: 'obstacle'}
 
 
@@ -114,8 +116,8 @@ def _replay(options):
     survey = survey_recording(recording, options.laser_pose)
     staging = set_stage(
         survey, NavigatorSettings(options.robot_radius, options.preferred_speed),
-        None if mapped is None else extract_walls(mapped).walls, options.initial_pose,
-        options.goal)
+        None if mapped is None else extract_walls(mapped, min_size=SPECKLE).walls,
+        options.initial_pose, options.goal)
     with tqdm(total=recording.scan_count, unit='scan', disable=None, desc='replay') as bar:
         replay = replay_recording(recording, staging.stage, Tracker(), lookahead, bar.update)
     if not replay.tracks:

@@ -85,39 +85,40 @@ def draw_replay(path, title, replay: Replay, survey: Survey, stage: Stage, walls
     ways = ways_of(replay.tracks) if replay.tracks else []
     points = to_parent(stage.from_odom, survey.points)
     low, high = _view(points, survey.hits, replay, ways, stage.goal)
-    figure, place, strips = _lay_out(*(high - low))
+    figure, place, key, strips = _lay_out(*(high - low))
     _draw_place(place, points, survey.hits, low, high, walls)
     _draw_obstacles(place, ways)
     _draw_robot(place, replay, stage)
     _draw_people(place, ways, low, high)
     if truth is not None:
         place.plot(*truth.T, 'x', color=TRUTH, ms=4, mew=0.9, zorder=6)
-    place.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect='equal',
+    place.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]),
               xlabel=f'x in {stage.frame} [m]', ylabel=f'y in {stage.frame} [m]')
-    place.set_title(title, loc='left', fontsize=11)
-    place.legend(handles=_legend(walls, truth), fontsize=9, ncol=2, frameon=False,
-                 loc='upper left', bbox_to_anchor=(0.0, -0.05))
+    place.set_aspect('equal', anchor='N')
+    key.axis('off')
+    key.legend(handles=_legend(walls, truth), fontsize=10, frameon=False, loc='center left',
+               ncol=1 if key.get_position().width < 0.5 else 3)
+    figure.suptitle(title, x=0.01, ha='left', fontsize=11)
     _draw_strips(strips, replay, survey)
     with atomic_write(path, 'wb') as stream:
         figure.savefig(stream, format='png', dpi=100)
 
 
 def _lay_out(width, height):
-    """Return a figure, the axes of the place (as wide as it is) and three strips by its side."""
-    beside = height > 0.6 * width
-    if beside:
+    """Return a figure and its axes: the place, as wide as it is, the key and three strips."""
+    if height > 0.6 * width:
         across = np.clip(10.0 * width / height, 5.5, 11.0)
         figure = Figure(figsize=(across + 5.5, 10.6), layout='constrained')
-        grid = figure.add_gridspec(3, 2, width_ratios=(across, 5.0))
-        cells = [grid[:, 0], *(grid[row, 1] for row in range(3))]
+        grid = figure.add_gridspec(4, 2, width_ratios=(across, 5.0), height_ratios=(3, 4, 4, 4))
+        cells = [grid[:, 0], *(grid[row, 1] for row in range(4))]
     else:
         down = np.clip(14.0 * height / width, 4.5, 9.0)
-        figure = Figure(figsize=(15.0, down + 5.5), layout='constrained')
-        grid = figure.add_gridspec(4, 1, height_ratios=(down, 1.5, 1.5, 1.5))
-        cells = [grid[row] for row in range(4)]
+        figure = Figure(figsize=(15.0, down + 6.0), layout='constrained')
+        grid = figure.add_gridspec(5, 1, height_ratios=(down, 0.7, 1.5, 1.5, 1.5))
+        cells = [grid[row] for row in range(5)]
     FigureCanvasAgg(figure)
-    place, *strips = (figure.add_subplot(cell) for cell in cells)
-    return figure, place, strips
+    place, key, *strips = (figure.add_subplot(cell) for cell in cells)
+    return figure, place, key, strips
 
 
 def _view(points, hits, replay, ways, goal):
@@ -161,7 +162,7 @@ def _draw_obstacles(axes, ways):
     size = [2.0 * way.radius for way in still]
     axes.add_collection(EllipseCollection(
         size, size, np.zeros(len(still)), units='xy', facecolors='none', edgecolors=OBSTACLES,
-        linewidths=0.8, alpha=0.6, offsets=[np.median(way.position, axis=0) for way in still],
+        linewidths=0.7, alpha=0.45, offsets=[np.median(way.position, axis=0) for way in still],
         offset_transform=axes.transData, zorder=3))
 
 
@@ -243,14 +244,14 @@ def _draw_strips(panels, replay, survey):
         axes.step(replay.stamps - zero, replay.commands[:, column], where='post',
                   color=COMMAND, lw=1.1, label="policy's command")
         axes.set_ylabel(name)
-        axes.legend(loc='upper right', fontsize=8)
         axes.tick_params(labelbottom=False)
     halted = [stamp - zero for stamp, decision in zip(replay.stamps, replay.decisions)
               if decision not in ('driving', 'waiting', 'goal_reached')]
     if halted:
         speed.plot(halted, np.zeros(len(halted)), 'x', color=PEOPLE[0], ms=6,
                    label='told to stand')
-        speed.legend(loc='upper right', fontsize=8)
+    speed.legend(loc='lower left', bbox_to_anchor=(0.0, 1.0), ncol=3, fontsize=9, frameon=False,
+                 borderaxespad=0.1)
     count = [(tracks.label == HUMAN).sum() for tracks in replay.tracks]
     people.step(stamps - zero, count, where='post', color=PEOPLE[1], lw=1.1)
     people.set(ylabel='people tracked', xlabel='time since the first scan [s]')
