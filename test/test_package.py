@@ -110,8 +110,9 @@ def test_the_executables_are_those_of_the_contract(distribution):
 def test_every_module_that_has_a_main_is_an_executable(repository):
     rooms = [repository / PACKAGE / name for name in ('nodes', 'commands')]
 
-    assert NODES | TOOLS == {path.stem for room in rooms for path in room.glob('*.py')
-                             if re.search(r'^def main\(', path.read_text(), re.MULTILINE)}
+    executables = {path.stem for room in rooms for path in room.glob('*.py')
+                   if re.search(r'^def main\(', path.read_text(), re.MULTILINE)}
+    assert executables == NODES | TOOLS
 
 
 @pytest.mark.extras

@@ -21,6 +21,7 @@ import matplotlib
 from matplotlib.figure import Figure
 import numpy as np
 
+from wallnav_ros.simulation.batch import OUTCOMES
 from wallnav_ros.world.files import atomic_write
 
 matplotlib.use('Agg')
@@ -85,10 +86,9 @@ def write_card(metadata, cells, path):
         f'{settings["evaluation_episodes"]} episodes a cell that training never saw:', '',
         '| scenario | case | success | collision | wall | timeout | time s |',
         '|---|---|---|---|---|---|---|']
-    lines += [f'| {row["scenario"]} | {row["case"]} | '
-              + ' | '.join(f'{row[name]:.1%}' for name in ('goal', 'collision', 'wall_collision',
-                                                           'timeout'))
-              + f' | {row["time"]:.2f} |' for row in cells]
+    for row in cells:
+        rates = ' | '.join(f'{row[name]:.1%}' for name in OUTCOMES[1:])
+        lines.append(f'| {row["scenario"]} | {row["case"]} | {rates} | {row["time"]:.2f} |')
     lines += ['', 'Not for people who run, nor for floors that are not flat: it has met neither. '
               'It assumes that everything within 5 m is seen by the laser or is in the map.', '']
     with atomic_write(path) as stream:
