@@ -233,6 +233,22 @@ def test_the_value_is_asked_of_agents_where_they_will_be():
     assert straight[:4] == pytest.approx([2.6 / 5.0, 0.5 / 5.0, 0.0, 1.0], abs=1e-6)
 
 
+def test_of_a_great_crowd_the_nearest_decide(rng):
+    # Sixteen in a ring of 2 m about the robot, and a multitude beyond them.
+    bearing = 2.0 * np.pi * np.arange(16) / 16.0
+    ring = 2.0 * np.stack((np.cos(bearing), np.sin(bearing)), axis=1)
+    far = ring[rng.integers(16, size=60)] * rng.uniform(2.0, 6.0, (60, 1))
+    near = Agents.of(ring, np.zeros((16, 2)), np.full(16, 0.1))
+    crowd = Agents.of(np.vstack((far, ring)), np.zeros((76, 2)), np.full(76, 0.1))
+    seen = []
+    lookahead = Lookahead(lambda state: seen.append(state) or nearness(state), FOUR)
+
+    among_all, among_near = (lookahead.decide(observe(agents)) for agents in (crowd, near))
+
+    assert seen[0].present.shape == (4, 16)
+    assert among_all.scores == pytest.approx(among_near.scores)
+
+
 def test_absent_agents_change_nothing(rng):
     agents = Agents.of(rng.uniform(-2.0, 2.0, (4, 2)) + [2.5, 0.0], rng.normal(0.0, 0.5, (4, 2)),
                        np.full(4, 0.3))

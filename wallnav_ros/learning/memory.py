@@ -20,8 +20,7 @@ Paper algorithm 1 (memory E); states are kept as network inputs.
 import numpy as np
 
 from wallnav_ros.policy import features as feature_set
-
-MOST_AGENTS = 16
+from wallnav_ros.policy.lookahead import MOST_AGENTS
 
 
 class ReplayMemory:

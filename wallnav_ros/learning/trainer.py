@@ -32,12 +32,12 @@ from wallnav_ros.learning.checkpoints import (
     CheckpointError, FILE, load_checkpoint, save_checkpoint)
 from wallnav_ros.learning.experience import Demonstrator, Explorer, gather
 from wallnav_ros.learning.export import export_weights
-from wallnav_ros.learning.memory import MOST_AGENTS, ReplayMemory
+from wallnav_ros.learning.memory import ReplayMemory
 from wallnav_ros.learning.networks import NetworkValue, ValueNetwork
 from wallnav_ros.learning.report import draw_curves, write_card
 from wallnav_ros.learning.settings import SettingsError
 from wallnav_ros.policy.actions import make_actions
-from wallnav_ros.policy.lookahead import Lookahead, Rule
+from wallnav_ros.policy.lookahead import Lookahead, MOST_AGENTS, Rule
 from wallnav_ros.simulation.batch import OUTCOMES
 from wallnav_ros.simulation.episodes import draw_episode
 from wallnav_ros.simulation.orca import OrcaPolicy

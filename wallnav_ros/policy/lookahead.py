@@ -28,6 +28,7 @@ from wallnav_ros.world.geometry import closest_approach, drive_unicycle
 from wallnav_ros.world.state import Agents, Robot
 
 GOAL_TOLERANCE = 0.2      # m, distance at which the goal counts as reached
+MOST_AGENTS = 16          # the nearest so many are looked at: as many as training knows
 CAUTION_COST = 1.0        # per step, of brushing past a walking agent
 
 
@@ -110,7 +111,7 @@ class Lookahead:
 
     def decide(self, observation):
         """Return the Decision for one Observation."""
-        robot, agents = observation.robot, observation.agents
+        robot, agents = observation.robot, _nearest(observation.agents, observation.robot)
         batch = Robot(*(np.asarray(part)[None] for part in vars(robot).values()))
         crowd = Agents(*(part[None] for part in vars(agents).values()))
         scores, rollout = self.evaluate(batch, crowd, observation.walls)
@@ -207,3 +208,12 @@ class Lookahead:
         clearance = features.agent_clearance(crowd, walls)
         crowd = Agents(*(part[state] for part in vars(crowd).values()))
         return features.extract(later, crowd, clearance[state], walls)
+
+
+def _nearest(agents, robot):
+    """Return the MOST_AGENTS of `agents` (N,) whose gap to the robot is least."""
+    if len(agents.radius) <= MOST_AGENTS:
+        return agents
+    gap = np.linalg.norm(agents.position - robot.position, axis=1) - agents.radius
+    rows = np.sort(np.argsort(np.where(agents.present, gap, np.inf), kind='stable')[:MOST_AGENTS])
+    return Agents(*(part[rows] for part in vars(agents).values()))
