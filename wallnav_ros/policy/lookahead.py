@@ -130,18 +130,17 @@ class Lookahead:
         """
         rule = self.rule
         rollout = self.roll_out(robot, agents, walls)
+        horizons = np.array(rule.horizons)
         step_discount = rule.discount ** (rule.time_step * robot.preferred_speed)
-        powers = step_discount[:, None] ** np.arange(max(rule.horizons) + 1)
-        gained = np.cumsum(powers[:, None, :-1] * rollout.rewards, axis=-1)
-        score = np.zeros(rollout.collided.shape)
-        for horizon in rule.horizons:
-            state, action = np.nonzero(~rollout.over[..., horizon - 1])
-            value = np.zeros_like(score)
-            if len(state):
-                value[state, action] = self.value(
-                    self._leaves(robot, agents, walls, rollout, horizon, state, action))
-            score += gained[..., horizon - 1] + powers[:, horizon, None] * value
-        return score / len(rule.horizons), rollout
+        powers = step_discount[:, None, None] ** np.arange(horizons.max() + 1)
+        gained = np.cumsum(powers[..., :-1] * rollout.rewards, axis=-1)[..., horizons - 1]
+        state, action, number = np.nonzero(~rollout.over[..., horizons - 1])
+        value = np.zeros(gained.shape)
+        if len(state):
+            # All horizons in one question: each would cost the network's overhead again.
+            value[state, action, number] = self.value(
+                self._leaves(robot, agents, walls, rollout, state, action, number))
+        return (gained + powers[..., horizons] * value).mean(axis=-1), rollout
 
     def roll_out(self, robot, agents, walls):
         """Return the Rollout of every action: turn for one step, then keep the heading."""
@@ -198,16 +197,20 @@ class Lookahead:
             progress=came_from - distance, moved=np.linalg.norm(after - before, axis=-1),
             yielding=passing[..., None], wall_gap=wall_gap)
 
-    def _leaves(self, robot, agents, walls, rollout, horizon, state, action):
-        """Return the Features of the states reached at `horizon`, for rows (state, action)."""
+    def _leaves(self, robot, agents, walls, rollout, state, action, number):
+        """Return the Features after horizon `number` of `action` in `state`, all (R,) rows."""
         commands = self.actions.commands(robot.preferred_speed)
-        later = Robot(rollout.poses[state, action, horizon - 1], commands[state, action],
+        horizons = np.array(self.rule.horizons)
+        later = Robot(rollout.poses[state, action, horizons[number] - 1], commands[state, action],
                       robot.goal[state], robot.radius[state], robot.preferred_speed[state])
-        moved = agents.position + horizon * self.rule.time_step * agents.velocity
-        crowd = Agents(moved, agents.velocity, agents.radius, agents.present)
+        ahead = (horizons * self.rule.time_step)[:, None, None]
+        position = agents.position[:, None] + ahead * agents.velocity[:, None]
+        velocity = np.broadcast_to(agents.velocity[:, None], position.shape)
+        crowd = Agents(position, velocity, agents.radius, agents.present)
         clearance = features.agent_clearance(crowd, walls)
-        crowd = Agents(*(part[state] for part in vars(crowd).values()))
-        return features.extract(later, crowd, clearance[state], walls)
+        crowd = Agents(position[state, number], agents.velocity[state], agents.radius[state],
+                       agents.present[state])
+        return features.extract(later, crowd, clearance[state, number], walls)
 
 
 def _nearest(agents, robot):
