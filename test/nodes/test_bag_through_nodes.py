@@ -135,6 +135,10 @@ class Player:
         started = None
         with Reader(path) as reader:
             for connection, bag_time, raw in reader.messages():
+                if connection.topic == '/scan':
+                    # A scan may overtake odometry that was sent just before it; a bag that
+                    # plays at its own pace leaves more time than this.
+                    self._executor.spin_once(timeout_sec=0.01)
                 self._clock.publish(Clock(clock=time_message(bag_time * 1e-9)))
                 self._out[connection.topic].publish(bytes(raw))
                 if connection.topic == '/scan':
