@@ -147,10 +147,11 @@ def test_simulated_time_runs_as_fast_as_asked(start, listener):
     clock = listener.heard['/clock']
     listener.wait(lambda: clock)
     first, wall = convert.seconds(clock[-1].clock), listener.node.get_clock().now()
-    listener.wait(lambda: convert.seconds(clock[-1].clock) - first > 8.0)
+    listener.wait(lambda: convert.seconds(clock[-1].clock) - first > 12.0)
     elapsed = (listener.node.get_clock().now() - wall).nanoseconds * 1e-9
-    # A busy machine may lose time, but none may be gained.
-    assert elapsed > 0.95 * (convert.seconds(clock[-1].clock) - first) / 4.0
+    # A busy machine may lose time, but none may be gained; the first message may have waited
+    # for half a second until it was heard.
+    assert elapsed > (convert.seconds(clock[-1].clock) - first) / 4.0 - 0.5
     assert elapsed < 8.0
     stamp = convert.seconds(listener.heard['scan'][-1].header.stamp)
     assert abs(stamp - convert.seconds(clock[-1].clock)) < 1.0
