@@ -21,9 +21,9 @@ maps: a thing found where an earlier beam passed through has moved there.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
-# Half widths, in beams, of the windows that stand for a margin in metres across the beam.
+# Half widths, in beams, of the windows that stand for a margin in metres across the beam: each
+# twice the one before, so that a window is the least of two of the size before.
 _WINDOWS = (1, 2, 4, 8, 16)
 
 
@@ -33,15 +33,13 @@ class View:
     A scan as a lookup table: the free depth and the surfaces within a window of each beam.
 
     stamp: seconds; pose: (3,) of the laser in the tracking frame.
-    free: (L, B) metres that every beam in the window passes through; 0 where one is unknown.
-    near, far: (L, B) metres of the nearest and the farthest surface within the window.
+    depths: (L, B, 3) float32, metres, for L widths of the window: what every beam in it passes
+        through, 0 where one is unknown; its nearest surface, inf without; its farthest, -inf.
     """
 
     stamp: float
     pose: np.ndarray
-    free: np.ndarray
-    near: np.ndarray
-    far: np.ndarray
+    depths: np.ndarray
 
 
 def make_view(scan, pose, clear_range):
@@ -51,17 +49,24 @@ def make_view(scan, pose, clear_range):
     A beam without a return counts as free up to `clear_range` metres: beyond it, dark or
     slanting things may return nothing.
     """
-    mode = 'wrap' if scan.full_circle else 'nearest'
-    hits, ranges = scan.hits, scan.ranges.astype(np.float32)
-    through = np.where(hits, ranges, np.where(scan.clear, min(clear_range, scan.range_max), 0.0))
-    low = np.where(hits, ranges, np.inf).astype(np.float32)
-    high = np.where(hits, ranges, -np.inf).astype(np.float32)
-    through = through.astype(np.float32)
-    sizes = [2 * half + 1 for half in _WINDOWS]
-    return View(scan.stamp, np.asarray(pose, float),
-                np.stack([minimum_filter1d(through, size, mode=mode) for size in sizes]),
-                np.stack([minimum_filter1d(low, size, mode=mode) for size in sizes]),
-                np.stack([maximum_filter1d(high, size, mode=mode) for size in sizes]))
+    beams, widest = len(scan.ranges), _WINDOWS[-1]
+    rows = np.empty((beams, 3), dtype=np.float32)
+    rows[:, 0] = np.where(scan.clear, min(clear_range, scan.range_max), 0.0)
+    rows[:, 1:] = np.inf
+    # The farthest is kept with its sign changed until the end: then all three are minima.
+    np.copyto(rows, scan.ranges[:, None] * (1.0, 1.0, -1.0), where=scan.hits[:, None],
+              casting='same_kind')
+    least = rows.take(np.arange(-widest, beams + widest), axis=0,
+                      mode='wrap' if scan.full_circle else 'clip')
+    least = np.minimum(np.minimum(least[:-2], least[2:]), least[1:-1])
+    depths = np.empty((len(_WINDOWS), beams, 3), dtype=np.float32)
+    for number, half in enumerate(_WINDOWS):
+        if number:
+            reach = half - _WINDOWS[number - 1]
+            least = np.minimum(least[:-2 * reach], least[2 * reach:])
+        depths[number] = least[widest - half:widest - half + beams]
+    np.negative(depths[..., 2], out=depths[..., 2])
+    return View(scan.stamp, np.asarray(pose, float), depths)
 
 
 def look_up(views, scan, points, lateral, depth, slack):
@@ -77,32 +82,39 @@ def look_up(views, scan, points, lateral, depth, slack):
     """
     # Single precision resolves a tenth of a millimetre here, at half the cost.
     points = points.astype(np.float32)
-    poses = np.stack([view.pose for view in views])[:, None].astype(np.float32)
+    poses = np.array([view.pose for view in views], dtype=np.float32)[:, None]
     x, y = points[:, 0] - poses[..., 0], points[:, 1] - poses[..., 1]
     distance = np.sqrt(x * x + y * y)
-    beams, step = len(scan.ranges), scan.angle_increment
-    bearing = np.arctan2(y, x) - poses[..., 2] - scan.angle_min
-    # The bearing that lies within a turn of the first beam, in the direction of the sweep.
-    turns = bearing / abs(step) if step else bearing * 0.0
-    around = 2.0 * np.pi / abs(step) if step else np.inf
-    index = np.rint(turns if step > 0.0 else -turns)
-    if np.isfinite(around):
-        index = np.where(index < -0.5, index + np.ceil(-index / around) * around, index)
-        index = np.where(index >= around - 0.5, index % around, index)
-        index = np.rint(index)
-    seen = (index >= 0) & (index < beams)
-    index = np.where(seen, index, 0).astype(np.intp)
-    half = lateral / np.maximum(distance * abs(step), 1e-6)
-    flat = index + beams * sum(half > window for window in _WINDOWS[:-1])
+    index, seen = _beams_towards(np.arctan2(y, x) - poses[..., 2], scan)
+    row = _windows(distance * abs(scan.angle_increment), lateral) * len(scan.ranges) + index
+    depths = np.empty((*row.shape, 3), dtype=np.float32)
+    for view, rows, found in zip(views, row, depths):
+        view.depths.reshape(-1, 3).take(rows, axis=0, out=found, mode='clip')
     margin = depth + slack * distance
-
-    def take(name):
-        table = np.stack([getattr(view, name).ravel() for view in views])
-        return np.take_along_axis(table, flat, axis=1)
-
-    free = seen & (take('free') > distance + margin)
-    occupied = (take('near') - margin <= distance) & (distance <= take('far') + margin)
+    free = seen & (depths[..., 0] > distance + margin)
+    occupied = (depths[..., 1] - margin <= distance) & (distance <= depths[..., 2] + margin)
     return free, occupied & seen & ~free
+
+
+def _beams_towards(bearing, scan):
+    """Return the beams (...) int of `scan` towards `bearing` (...), and bool where it has one."""
+    step = scan.angle_increment
+    if not step:
+        return np.zeros(bearing.shape, dtype=np.intp), np.ones(bearing.shape, dtype=bool)
+    index = np.rint((bearing - scan.angle_min) / step)
+    # Of all bearings that are whole turns apart, the one on or after the first beam.
+    turn = 2.0 * np.pi / abs(step)
+    index = np.rint(index - turn * np.floor((index + 0.5) / turn))
+    seen = index < len(scan.ranges)
+    return np.where(seen, index, 0.0).astype(np.intp), seen
+
+
+def _windows(spacing, lateral):
+    """Return the number (...) of the window that spans `lateral` m where beams are `spacing` m."""
+    number = np.zeros(spacing.shape, dtype=np.int8)
+    for half in _WINDOWS[:-1]:
+        number += spacing * half < lateral
+    return number.astype(np.intp)
 
 
 class ViewMemory:
@@ -120,12 +132,12 @@ class ViewMemory:
     def older_than(self, stamp, like):
         """Return the views taken before `stamp` seconds with as many beams as the view `like`."""
         return [view for view in self._views
-                if view.stamp <= stamp and view.free.shape == like.free.shape]
+                if view.stamp <= stamp and view.depths.shape == like.depths.shape]
 
     def add(self, view):
         """Remember `view` if it is due, thinning the oldest ones out."""
         views = self._views
-        if views and view.free.shape != views[-1].free.shape:
+        if views and view.depths.shape != views[-1].depths.shape:
             views.clear()
         if views and view.stamp - views[-1].stamp < self.spacing:
             return
