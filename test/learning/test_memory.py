@@ -21,6 +21,7 @@ import numpy as np
 import pytest
 
 from wallnav_ros.learning.memory import mirror, MOST_AGENTS, ReplayMemory
+from wallnav_ros.learning.sight import WallSight
 from wallnav_ros.policy.features import AGENT, Features, ROBOT, WALL_RAYS
 
 
@@ -39,7 +40,7 @@ def held(memory):
 
 
 def test_what_is_added_is_held():
-    memory = ReplayMemory(10)
+    memory = ReplayMemory(10, WallSight())
 
     memory.add(*states([1, 2, 3]))
 
@@ -48,7 +49,7 @@ def test_what_is_added_is_held():
 
 
 def test_the_oldest_is_forgotten_first():
-    memory = ReplayMemory(5)
+    memory = ReplayMemory(5, WallSight())
 
     for target in range(8):
         memory.add(*states([target]))
@@ -58,7 +59,7 @@ def test_the_oldest_is_forgotten_first():
 
 
 def test_more_than_fits_at_once_keeps_the_newest():
-    memory = ReplayMemory(4)
+    memory = ReplayMemory(4, WallSight())
 
     memory.add(*states(range(10)))
 
@@ -66,7 +67,7 @@ def test_more_than_fits_at_once_keeps_the_newest():
 
 
 def test_a_smaller_crowd_leaves_nothing_of_the_larger_one_it_replaces():
-    memory = ReplayMemory(1)
+    memory = ReplayMemory(1, WallSight())
     memory.add(*states([7], agents=5))
 
     memory.add(*states([8], agents=1))
@@ -76,7 +77,7 @@ def test_a_smaller_crowd_leaves_nothing_of_the_larger_one_it_replaces():
 
 
 def test_a_sample_is_of_states_with_their_own_targets(rng):
-    memory = ReplayMemory(50)
+    memory = ReplayMemory(50, WallSight())
     memory.add(*states(range(1, 31)))
 
     own, agents, present, target = memory.sample(rng, 200)
@@ -90,7 +91,7 @@ def test_a_sample_is_of_states_with_their_own_targets(rng):
 
 
 def test_half_of_a_sample_is_mirrored(rng):
-    memory = ReplayMemory(10)
+    memory = ReplayMemory(10, WallSight())
     memory.add(*states([1, 2]))
 
     own, agents, _, _ = memory.sample(rng, 40)
@@ -101,7 +102,7 @@ def test_half_of_a_sample_is_mirrored(rng):
 
 
 def test_sampling_does_not_change_what_is_held(rng):
-    memory = ReplayMemory(10)
+    memory = ReplayMemory(10, WallSight())
     memory.add(*states([1, 2, 3]))
     before = {name: array.copy() for name, array in memory.state().items()}
 
@@ -113,7 +114,7 @@ def test_sampling_does_not_change_what_is_held(rng):
 @pytest.mark.parametrize('count', [3, 8, 13])
 def test_a_memory_goes_on_from_its_state(rng, count):
     """Before the ring is full, as it fills, and after it has gone round."""
-    memory, twin = ReplayMemory(8), ReplayMemory(8)
+    memory, twin = ReplayMemory(8, WallSight()), ReplayMemory(8, WallSight())
     memory.add(*states(range(count)))
     twin.restore(memory.state())
 
@@ -126,7 +127,7 @@ def test_a_memory_goes_on_from_its_state(rng, count):
 
 def test_a_crowd_larger_than_the_memory_is_wide_is_refused():
     with pytest.raises(ValueError, match=f'{MOST_AGENTS + 1} agents at once, the memory holds'):
-        ReplayMemory(4).add(*states([1], agents=MOST_AGENTS + 1))
+        ReplayMemory(4, WallSight()).add(*states([1], agents=MOST_AGENTS + 1))
 
 
 def test_mirroring_twice_is_doing_nothing(rng):

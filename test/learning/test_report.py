@@ -42,7 +42,8 @@ def test_curves_are_drawn_before_and_after_the_first_evaluation(tmp_path, cells)
 def test_the_card_says_how_the_weights_came_about_and_what_they_reach(tmp_path):
     settings = {'seed': 7, 'imitation_episodes': 10, 'scenarios': {'curve_path': 1},
                 'radius': (0.15, 0.35), 'preferred_speed': (0.3, 1.0), 'evaluation_episodes': 40}
-    metadata = {'name': 'some', 'network': {'sizes': {'mlp1': [8]}}, 'reward': 'R4',
+    metadata = {'name': 'some', 'network': {'kind': 'three_mlp', 'sizes': {'mlp1': [8]}},
+                'reward': 'R4',
                 'discount': 0.9, 'time_step': 0.25, 'decision': {'horizons': [2], 'caution': 0.1},
                 'training': {'settings': settings, 'episodes': 100, 'seconds': 120.0,
                              'commit': 'abc'}}

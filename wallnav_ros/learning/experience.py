@@ -21,7 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wallnav_ros.policy import features
+from wallnav_ros.learning.sight import WallSight
 from wallnav_ros.policy.features import Features
 from wallnav_ros.policy.rewards import reward_terms, total
 from wallnav_ros.simulation.batch import EpisodeBatch, OUTCOMES, RUNNING
@@ -69,15 +69,17 @@ class Demonstrator:
         return action, np.zeros(len(rows)), np.zeros(len(rows), dtype=bool)
 
 
-def gather(episodes, actor, rule, trace):
+def gather(episodes, actor, rule, trace, sight=WallSight()):
     """
     Run `episodes` to their ends; return Features (S,), returns (S,) and the outcomes.
 
+    `sight` says what of a state is kept, and what the actor sees of the episodes.
     `trace` is lambda: 1 pays what really followed, 0 what the next state is expected to give.
     An exploratory action says nothing of the state it was taken in, so that state is left out
     and the return of those before it ends in the value expected there.
     """
     batch = EpisodeBatch(episodes, rule.time_step)
+    view = sight.view(batch)
     every = np.arange(len(episodes))
     preferred_speed = batch.robot(every).preferred_speed
     commands_of = actor.actions.commands(preferred_speed)
@@ -86,9 +88,8 @@ def gather(episodes, actor, rule, trace):
         action = np.zeros(len(episodes), dtype=int)
         seen = []
         for rows, field in batch.groups():
-            robot, agents = batch.robot(rows), batch.agents(rows)
-            state = features.extract(robot, agents, features.agent_clearance(agents, field), field)
-            action[rows], expected, explored = actor.act(batch, rows, field)
+            state = sight.features(view.robot(rows), view.agents(rows), field)
+            action[rows], expected, explored = actor.act(view, rows, field)
             seen.append((rows, state, expected, explored))
         facts = batch.step(commands_of[every, action])
         reward = total(reward_terms(rule.reward, facts))

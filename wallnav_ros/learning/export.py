@@ -20,7 +20,6 @@ docs/models.md describes the metadata; `policy.value_function` refuses files wit
 from dataclasses import asdict
 import subprocess
 
-from wallnav_ros.policy import features
 from wallnav_ros.policy.value_function import FORMAT, ValueFunction
 from wallnav_ros.world.files import share_directory
 
@@ -31,8 +30,8 @@ def export_weights(trainer, path):
     metadata = {
         'format': FORMAT,
         'name': settings.name,
-        'network': {'kind': 'three_mlp', 'sizes': trainer.target.sizes},
-        'features': features.describe(),
+        'network': {'kind': settings.kind, 'sizes': trainer.target.sizes},
+        'features': trainer.sight.describe(),
         'actions': {'max_turn_rate': settings.max_turn_rate},
         'reward': settings.reward,
         'decision': {'horizons': list(settings.decision_horizons),

@@ -24,12 +24,12 @@ from wallnav_ros.policy.lookahead import MOST_AGENTS
 
 
 class ReplayMemory:
-    """The last `capacity` states as float32 rows, with their target values."""
+    """The last `capacity` states, as `sight` tells them, with their target values."""
 
-    def __init__(self, capacity):
-        own = len(feature_set.ROBOT) + feature_set.WALL_RAYS
-        self.own = np.zeros((capacity, own), np.float32)
-        self.agents = np.zeros((capacity, MOST_AGENTS, len(feature_set.AGENT)), np.float32)
+    def __init__(self, capacity, sight):
+        self.mirror = sight.mirror
+        self.own = np.zeros((capacity, sight.own), np.float32)
+        self.agents = np.zeros((capacity, MOST_AGENTS, sight.agent), np.float32)
         self.present = np.zeros((capacity, MOST_AGENTS), bool)
         self.target = np.zeros(capacity, np.float32)
         self.stored = 0
@@ -61,7 +61,7 @@ class ReplayMemory:
         rows = rng.integers(len(self), size=count)
         own, agents = self.own[rows], self.agents[rows]
         half = count // 2
-        mirror(own[:half], agents[:half])
+        self.mirror(own[:half], agents[:half])
         return own, agents, self.present[rows], self.target[rows]
 
     def state(self):

@@ -21,6 +21,7 @@ import matplotlib
 from matplotlib.figure import Figure
 import numpy as np
 
+from wallnav_ros.learning.kinds import KINDS
 from wallnav_ros.simulation.batch import OUTCOMES
 from wallnav_ros.world.files import atomic_write
 
@@ -69,8 +70,8 @@ def write_card(metadata, cells, path):
     settings = training['settings']
     lines = [
         f'# {metadata["name"]}', '',
-        'A value network for a wheeled robot among people and walls: three MLPs in series, '
-        f'layer widths {network["sizes"]}.', '',
+        'A value network for a wheeled robot among people and walls: '
+        f'{KINDS[network["kind"]].title}, layer widths {network["sizes"]}.', '',
         f'- Trained for {training["episodes"]} episodes ({training["seconds"] / 60.0:.0f} min) '
         f'from seed {settings["seed"]} at commit {training["commit"]}, after '
         f'{settings["imitation_episodes"]} demonstrations by ORCA.',

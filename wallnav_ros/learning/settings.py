@@ -21,8 +21,10 @@ from dataclasses import dataclass, field, fields
 import math
 import reprlib
 
+from wallnav_ros.learning.kinds import KINDS
 from wallnav_ros.learning.networks import SIZES
 from wallnav_ros.policy.rewards import REWARDS
+from wallnav_ros.policy.value_function import expected_sizes, sizes_fit
 import yaml
 
 
@@ -62,6 +64,8 @@ class TrainSettings:
     caution: float = 0.15
     # lambda of the returns: 1 pays what really happened, 0 what the network expects.
     trace: float = 0.9
+    # The kind of network, one of learning.kinds, and its layer widths.
+    kind: str = 'three_mlp'
     network: dict = field(default_factory=lambda: dict(SIZES))
     imitation_episodes: int = 1000
     imitation_updates: int = 2000
@@ -102,7 +106,10 @@ def load_settings(path):
         if key not in known:
             raise SettingsError(f'{path}: {key}: unknown; known are {", ".join(known)}')
         values[key] = _converted(path, key, value, known[key])
-    settings = TrainSettings(**values)
+    kind = values.get('kind', TrainSettings.kind)
+    if kind not in KINDS:
+        raise SettingsError(f'{path}: kind: expected one of {", ".join(KINDS)}, got {kind!r}')
+    settings = TrainSettings(**{'network': dict(KINDS[kind].sizes), **values})
     for key, holds, expected in _expectations(settings):
         if not holds:
             raise SettingsError(f'{path}: {key}: expected {expected}, '
@@ -135,11 +142,8 @@ def _expectations(settings):
     yield 'reward', settings.reward in REWARDS, f'one of {", ".join(REWARDS)}'
     for key in ('horizons', 'decision_horizons'):
         yield key, _counts(getattr(settings, key)), 'a list of steps, each 1 or more'
-    yield 'network', set(settings.network) == set(SIZES) and all(
-        type(sizes) is list and _counts(sizes) for sizes in settings.network.values()) and (
-        settings.network['attention'][-1] == settings.network['mlp3'][-1] == 1
-        and len(settings.network['attention']) > 1), (
-        'layer widths for mlp1, mlp2, attention (two or more) and mlp3, the last two ending in 1')
+    yield 'network', sizes_fit(settings.network, KINDS[settings.kind].layers), (
+        expected_sizes(KINDS[settings.kind].layers))
     for key in ('time_step', 'max_turn_rate', 'learning_rate', 'final_learning_rate'):
         yield key, 0.0 < getattr(settings, key) < math.inf, 'a number above 0'
     for key in ('parallel', 'updates', 'batch_size', 'memory', 'evaluate_every',

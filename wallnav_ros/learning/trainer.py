@@ -32,16 +32,17 @@ from wallnav_ros.learning.checkpoints import (
     CheckpointError, FILE, load_checkpoint, save_checkpoint)
 from wallnav_ros.learning.experience import Demonstrator, Explorer, gather
 from wallnav_ros.learning.export import export_weights
+from wallnav_ros.learning.kinds import KINDS
 from wallnav_ros.learning.memory import ReplayMemory
-from wallnav_ros.learning.networks import NetworkValue, ValueNetwork
+from wallnav_ros.learning.networks import NetworkValue
 from wallnav_ros.learning.report import draw_curves, write_card
 from wallnav_ros.learning.settings import SettingsError
 from wallnav_ros.policy.actions import make_actions
-from wallnav_ros.policy.lookahead import Lookahead, MOST_AGENTS, Rule
+from wallnav_ros.policy.lookahead import MOST_AGENTS, Rule
 from wallnav_ros.simulation.batch import OUTCOMES
 from wallnav_ros.simulation.episodes import draw_episode
 from wallnav_ros.simulation.orca import OrcaPolicy
-from wallnav_ros.simulation.rollout import GreedyPolicy, run_episodes
+from wallnav_ros.simulation.rollout import run_episodes
 from wallnav_ros.simulation.scenarios import load_scenario
 from wallnav_ros.world.files import atomic_write
 
@@ -65,10 +66,12 @@ class Trainer:
         self.actions = make_actions(settings.max_turn_rate)
         self.rng = np.random.default_rng(settings.seed)
         torch.manual_seed(settings.seed)
-        self.network = ValueNetwork(settings.network).to(self.device)
+        kind = KINDS[settings.kind]
+        self.sight = kind.sight
+        self.network = kind.build(settings.network).to(self.device)
         self.target = copy.deepcopy(self.network)
         self.optimizer = torch.optim.Adam(self.network.parameters(), settings.learning_rate)
-        self.memory = ReplayMemory(settings.memory)
+        self.memory = ReplayMemory(settings.memory, self.sight)
         self.counts = {'imitated': 0, 'episodes': 0, 'seconds': 0.0, 'best': -1.0}
         self.rows = {'log': [], 'evaluation': []}
         self._saved = time.monotonic()
@@ -95,7 +98,8 @@ class Trainer:
                    desc='imitation', unit='episode')
         while self.counts['imitated'] < settings.imitation_episodes:
             count = min(settings.parallel, settings.imitation_episodes - self.counts['imitated'])
-            states, returns, _ = gather(self._draw(count), actor, self._rule((1,)), trace=1.0)
+            states, returns, _ = gather(self._draw(count), actor, self._rule((1,)), 1.0,
+                                        self.sight)
             self.memory.add(states, returns)
             self.counts['imitated'] += count
             bar.update(count)
@@ -119,9 +123,10 @@ class Trainer:
             count = min(settings.parallel, settings.episodes - self.counts['episodes'])
             # One horizon a round: the values then hold for every look the policy averages.
             rule = self._rule((int(self.rng.choice(settings.horizons)),))
-            lookahead = Lookahead(NetworkValue(self.target), self.actions, rule)
+            lookahead = self.sight.lookahead(NetworkValue(self.target), self.actions, rule)
             explorer = Explorer(lookahead, self._epsilon(), self.rng)
-            states, returns, outcomes = gather(self._draw(count), explorer, rule, settings.trace)
+            states, returns, outcomes = gather(self._draw(count), explorer, rule, settings.trace,
+                                               self.sight)
             self.memory.add(states, returns)
             loss = self._update(settings.updates)
             self.counts['episodes'] += count
@@ -136,7 +141,8 @@ class Trainer:
         """Measure every cell greedily; export the weights, and keep those best at their worst."""
         settings = self.settings
         rule = self._rule(settings.decision_horizons)
-        policy = GreedyPolicy(Lookahead(NetworkValue(self.target), self.actions, rule))
+        policy = self.sight.policy(
+            self.sight.lookahead(NetworkValue(self.target), self.actions, rule))
         cells = {}
         for scenario in self.scenarios.values():
             for case in settings.cases:

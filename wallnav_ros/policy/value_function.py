@@ -130,15 +130,57 @@ def load_value_function(path):
     Raises WeightsError (one line) when the file is missing, truncated, not an .npz, was
     trained on other features or lacks a tensor.
     """
+    metadata, arrays = read_weights(path)
+    kind = metadata['network'].get('kind', 'three_mlp')
+    if kind != 'three_mlp':
+        raise WeightsError(f'{path}: metadata.network.kind: {kind!r} does not see walls and is '
+                           'for `evaluate` alone: give weights of kind three_mlp')
+    tensors = checked_tensors(path, metadata, arrays, feature_set.describe(), LAYERS,
+                              layer_shapes)
+    return ValueFunction(metadata, tensors)
+
+
+def read_weights(path):
+    """
+    Return the metadata and the arrays of a weight file of any kind of network.
+
+    Raises WeightsError; what depends on the kind is left to `checked_tensors`.
+    """
     path = Path(path)
     arrays = _read_arrays(path)
-    metadata = _read_metadata(path, arrays.pop('metadata', None))
-    if metadata['features'] != feature_set.describe():
+    return _read_metadata(path, arrays.pop('metadata', None)), arrays
+
+
+def sizes_fit(sizes, layers):
+    """Return whether `sizes` names layer widths for every row of `layers` (see LAYERS)."""
+    return isinstance(sizes, dict) and set(sizes) == {name for name, _, _ in layers} and all(
+        _widths(sizes[name], least, last) for name, least, last in layers)
+
+
+def expected_sizes(layers):
+    """Return in words what `sizes_fit` asks for."""
+    return 'layer widths for ' + ', '.join(
+        name + (f' ({least} or more)' if least > 1 else '')
+        + (f' ending in {last}' if last else '') for name, least, last in layers)
+
+
+def checked_tensors(path, metadata, arrays, features, layers, shapes_of):
+    """
+    Return the tensors {name: float32 array} of a weight file of one kind.
+
+    features: what it must have been trained on. layers: see LAYERS. shapes_of: from layer
+    sizes to {tensor name: shape}. Raises WeightsError.
+    """
+    sizes = metadata['network'].get('sizes')
+    if not sizes_fit(sizes, layers):
+        raise WeightsError(f'{path}: metadata.network.sizes: expected {expected_sizes(layers)}; '
+                           'export the weights again')
+    if metadata['features'] != features:
         raise WeightsError(
             f'{path}: features: trained on other features than this version computes '
-            f'(version {metadata["features"].get("version")}, here {feature_set.VERSION}): '
+            f'(version {metadata["features"].get("version")}, here {features["version"]}): '
             'retrain it or install the version it came with')
-    shapes = layer_shapes(metadata['network']['sizes'])
+    shapes = shapes_of(sizes)
     for name, shape in shapes.items():
         if name not in arrays:
             raise WeightsError(f'{path}: {name}: tensor missing; export the weights again')
@@ -147,7 +189,7 @@ def load_value_function(path):
                                f'{arrays[name].dtype} {arrays[name].shape}')
         if not np.isfinite(arrays[name]).all():
             raise WeightsError(f'{path}: {name}: holds NaN or infinity; training diverged')
-    return ValueFunction(metadata, {name: arrays[name] for name in shapes})
+    return {name: arrays[name] for name in shapes}
 
 
 def _read_arrays(path):
@@ -193,10 +235,6 @@ def _read_metadata(path, text):
 
 def _expectations(metadata):
     """Yield (key, whether it holds, what is expected) of what a decision is computed from."""
-    sizes = metadata['network'].get('sizes')
-    yield 'network.sizes', isinstance(sizes, dict) and all(
-        _widths(sizes.get(name), least, last) for name, least, last in LAYERS), (
-        'layer widths for mlp1, mlp2, attention (two or more) and mlp3, the last two ending in 1')
     yield 'actions', set(metadata['actions']) == {'max_turn_rate'} and _positive(
         metadata['actions']['max_turn_rate']), 'a max_turn_rate above 0'
     yield 'decision.horizons', _widths(metadata['decision'].get('horizons'), 1, None), (

@@ -53,6 +53,7 @@ class EpisodeBatch:
             self._agents.radius[row, :size] = crowd.episode.radius
             self._agents.present[row, :size] = True
             self._agents.position[row, :size] = crowd.position
+        self._trail = [self._agents]
         self._time_limit = np.array([episode.scenario.time_limit for episode in episodes])
         self.outcome = np.full(count, RUNNING)
         self.time = np.zeros(count)
@@ -77,6 +78,11 @@ class EpisodeBatch:
         """Return the Agents (len(rows), N), padded to the largest crowd."""
         return Agents(*(part[rows] for part in vars(self._agents).values()))
 
+    def past(self, rows, steps):
+        """Return the Agents (len(rows), N) of `steps` ago, those of the start before that."""
+        then = self._trail[max(0, len(self._trail) - 1 - steps)]
+        return Agents(*(part[rows] for part in vars(then).values()))
+
     def step(self, commands):
         """
         Drive every running robot by `commands` (B, 2), m/s and rad/s, for one time step.
@@ -90,6 +96,7 @@ class EpisodeBatch:
         pose = drive_unicycle(before.pose, commands[:, 0], commands[:, 1], self.time_step)
         self._robot = Robot(pose, commands, before.goal, before.radius, before.preferred_speed)
         self._agents = self._walk(running)
+        self._trail.append(self._agents)
         facts = self._facts(before, agents_before, passing & (commands[:, 0] < STOPPED))
         self._settle(running, facts)
         return StepFacts(**{**vars(facts), 'ended': self.outcome != RUNNING})
