@@ -60,14 +60,13 @@ def split_runs(angles, ranges, step, closed=False,
     """
     if not len(ranges):
         return np.empty(0, dtype=np.intp)
-    following, turned = np.roll(ranges, -1), np.roll(angles, -1)
-    turn = np.abs((turned - angles + np.pi) % (2.0 * np.pi) - np.pi)
+    following = np.concatenate((ranges[1:], ranges[:1]))
+    turn = np.abs(np.concatenate((angles[1:], angles[:1])) - angles)
+    turn = np.minimum(turn, np.abs(2.0 * np.pi - turn))
     chord = np.sqrt(np.maximum(
         ranges ** 2 + following ** 2 - 2.0 * ranges * following * np.cos(turn), 0.0))
-    nearer = np.minimum(ranges, following)
-    spacing = nearer * np.minimum(turn, beam_factor * step)
-    allowed = np.clip(beam_factor * spacing, break_distance, break_limit)
-    broken = chord > allowed
+    spacing = np.minimum(ranges, following) * np.minimum(turn, beam_factor * step)
+    broken = chord > np.minimum(np.maximum(beam_factor * spacing, break_distance), break_limit)
     owner = np.concatenate(([0], np.cumsum(broken[:-1])))
     if closed and not broken[-1]:
         owner[owner == owner[-1]] = 0
@@ -85,18 +84,19 @@ def describe(points, origin, owner, step):
         nothing = np.empty(0)
         return Clusters(owner, nothing.astype(int), np.empty((0, 2)), nothing, nothing, nothing)
     count = np.bincount(owner, minlength=total)
-    centroid = np.stack([np.bincount(owner, points[:, axis], total) for axis in (0, 1)], 1)
-    centroid /= count[:, None]
+    x, y = points[:, 0], points[:, 1]
+    centroid = np.empty((total, 2))
+    centroid[:, 0] = np.bincount(owner, x) / count
+    centroid[:, 1] = np.bincount(owner, y) / count
     sight = centroid - origin
     distance = np.hypot(sight[:, 0], sight[:, 1])
-    sight = sight / np.maximum(distance, 1e-6)[:, None]
-    offset = points - centroid[owner]
-    along = np.einsum('ij,ij->i', offset, sight[owner])
-    across = offset[:, 1] * sight[owner, 0] - offset[:, 0] * sight[owner, 1]
+    sight /= np.maximum(distance, 1e-6)[:, None]
+    ahead, aside = sight[owner, 0], sight[owner, 1]
     order = np.argsort(owner, kind='stable')
     first = np.cumsum(count) - count
-    width = _spread(across[order], first) + distance * step
-    return Clusters(owner, count, centroid, width, _spread(along[order], first), distance)
+    depth = _spread((x * ahead + y * aside)[order], first)
+    width = _spread((y * ahead - x * aside)[order], first) + distance * step
+    return Clusters(owner, count, centroid, width, depth, distance)
 
 
 def extent(points, owner):

@@ -24,6 +24,7 @@ import numpy as np
 
 from wallnav_ros.perception.clustering import describe, extent, split_runs
 from wallnav_ros.perception.visibility import look_up
+from wallnav_ros.world.geometry import distances
 
 # Where the beams that cross a disc evenly hit it, on average, before its centre: pi / 4 radii.
 _FRONT = np.pi / 4.0
@@ -83,12 +84,13 @@ def judge_points(points, scan, views, settings):
         return nothing, nothing, nothing
     free, occupied = look_up(views, scan, points, settings.view_lateral, settings.view_depth,
                              settings.view_slack)
-    empty, full = free.sum(axis=0), occupied.sum(axis=0)
+    full, empty = occupied.astype(np.float32), free.astype(np.float32)
     ages = scan.stamp - np.array([view.stamp for view in views])
-    still, background = (
-        occupied[ages > age].sum(axis=0) > free[ages > age].sum(axis=0)
-        for age in (settings.still_age, settings.background_age))
-    return still, empty > 2 * full, background
+    # Counting by products of matrices takes a tenth of the time of counting truths.
+    counted = np.array([ages > settings.still_age, ages > settings.background_age], np.float32)
+    still, background = counted @ (full - empty) > 0.0
+    fresh = np.ones(len(views), np.float32) @ (empty - 2.0 * full) > 0.0
+    return still, fresh, background
 
 
 def detect(scan, hits, points, pose, evidence, expected, settings):
@@ -131,13 +133,13 @@ def _half_hidden(scan, hits, owner, total, settings):
     np.minimum.at(first, owner, hits)
     np.maximum.at(last, owner, hits)
     ranges = np.where(scan.hits, scan.ranges, np.inf)
-    beams, hidden = len(ranges), np.zeros(total, dtype=bool)
-    for edge, side in ((first, -1), (last, 1)):
-        for step in (side, 2 * side):
-            beside = edge + step
-            inside = (beside >= 0) & (beside < beams) | scan.full_circle
-            hidden |= inside & (ranges[beside % beams] < ranges[edge] - settings.apart_distance)
-    return hidden
+    beams = len(ranges)
+    edge = np.array((first, first, last, last))
+    beside = edge + [[-1], [-2], [1], [2]]
+    nearer = ranges[beside % beams] < ranges[edge] - settings.apart_distance
+    if not scan.full_circle:
+        nearer &= (beside >= 0) & (beside < beams)
+    return nearer.any(axis=0)
 
 
 def _stand_apart(scan, hits, points, settings):
@@ -154,7 +156,7 @@ def _cut(owner, clusters, points, background, expected, settings):
     which = np.flatnonzero((size > settings.body_width)[owner])
     kind = np.where(_smooth(background)[which], -1, 0)
     if len(expected):
-        gap = np.linalg.norm(points[which, None] - expected[None], axis=2)
+        gap = distances(points[which], expected)
         nearest = gap.argmin(axis=1)
         mine = (gap[np.arange(len(which)), nearest] < settings.carve_radius) & (kind == 0)
         # One person in a cluster of a person's size needs no cutting out.
@@ -166,7 +168,7 @@ def _cut(owner, clusters, points, background, expected, settings):
     label = np.zeros(len(owner), dtype=np.intp)
     label[which] = kind - kind.min(initial=0)
     pairs = owner * (label.max() + 1) + label
-    return np.unique(pairs, return_inverse=True)[1]
+    return (np.cumsum(np.bincount(pairs) > 0) - 1)[pairs]
 
 
 def _smooth(flags):

@@ -17,6 +17,8 @@ Angles, planar poses and distances, vectorised over any leading axes.
 Poses are (x, y, yaw) in metres and radians, axes and signs as in REP-103.
 """
 
+import math
+
 import numpy as np
 
 
@@ -54,14 +56,17 @@ def to_child(pose, points):
 
 def compose(parent, child):
     """Return the pose (3,) of `child` (3,), given in `parent` (3,), in the parent of both."""
-    x, y = to_parent(parent, child[:2])
-    return np.array([x, y, float(wrap_angle(parent[2] + child[2]))])
+    cos, sin = math.cos(parent[2]), math.sin(parent[2])
+    return np.array([parent[0] + cos * child[0] - sin * child[1],
+                     parent[1] + sin * child[0] + cos * child[1],
+                     wrap_angle(parent[2] + child[2])])
 
 
 def invert(pose):
     """Return the pose (3,) of the parent frame as seen from the frame placed at `pose` (3,)."""
-    x, y = rotate(-np.asarray(pose[:2], dtype=float), -pose[2])
-    return np.array([x, y, float(wrap_angle(-pose[2]))])
+    cos, sin = math.cos(pose[2]), math.sin(pose[2])
+    return np.array([-cos * pose[0] - sin * pose[1], sin * pose[0] - cos * pose[1],
+                     wrap_angle(-pose[2])])
 
 
 def drive_unicycle(pose, linear, angular, duration):
@@ -78,6 +83,13 @@ def drive_unicycle(pose, linear, angular, duration):
     heading = pose[..., 2] + 0.5 * turn
     return _joined(pose[..., 0] + chord * np.cos(heading), pose[..., 1] + chord * np.sin(heading),
                    wrap_angle(pose[..., 2] + turn))
+
+
+def distances(points, others):
+    """Return the distance (P, Q) of each of `points` (P, 2) to each of `others` (Q, 2)."""
+    x = points[:, 0, None] - others[:, 0]
+    y = points[:, 1, None] - others[:, 1]
+    return np.sqrt(x * x + y * y)
 
 
 def nearest_on_segments(points, segments):
