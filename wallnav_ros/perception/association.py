@@ -23,6 +23,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from wallnav_ros.world.geometry import distances
+
 _NEVER = 1e6
 
 
@@ -53,8 +55,9 @@ def associate(table, detections, settings):
     again = cost[walks] + settings.second_leg_cost
     again += settings.mismatch_cost * strides[:, None] * detections.still
     again[:, ~detections.leg | (detections.radius < settings.thin_radius)] = _NEVER
-    rows, columns = linear_sum_assignment(np.vstack((cost, again)))
-    good = np.vstack((cost, again))[rows, columns] < _NEVER
+    cost = np.concatenate((cost, again))
+    rows, columns = linear_sum_assignment(cost)
+    good = cost[rows, columns] < _NEVER
     rows, columns = rows[good], columns[good]
     single = rows < tracks
     first[rows[single]] = columns[single]
@@ -69,8 +72,7 @@ def associate(table, detections, settings):
 
 def _costs(table, detections, settings):
     """Return the cost (N, D) of every pairing; _NEVER outside the gate."""
-    gap = table.position[:, None] - detections.position[None]
-    squared = np.einsum('ijk,ijk->ij', gap, gap)
+    squared = distances(table.position, detections.position) ** 2
     spread = np.where(table.motion > 0.0, settings.leg_noise, 2.0 * settings.body_noise) ** 2
     variance = (table.covariance[:, 0] + spread)[:, None] + detections.noise[None] ** 2
     distance = squared / variance
@@ -91,6 +93,6 @@ def _unpair(first, second, detections, settings):
     """Take the second leg away where the two are not both legs within a stride."""
     paired = np.flatnonzero(second >= 0)
     one, two = first[paired], second[paired]
-    apart = np.linalg.norm(detections.position[one] - detections.position[two], axis=1)
+    apart = np.hypot(*(detections.position[one] - detections.position[two]).T)
     wrong = (apart > settings.stride) | ~detections.leg[one]
     second[paired[wrong]] = -1

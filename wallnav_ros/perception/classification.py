@@ -21,6 +21,8 @@ Burgard and Fox 2005, section 4.2).
 
 import numpy as np
 
+from wallnav_ros.world.geometry import distances
+
 
 def weigh_motion(table, rows, still, fresh, apart, vacated, gait, elapsed, settings):
     """
@@ -32,7 +34,7 @@ def weigh_motion(table, rows, still, fresh, apart, vacated, gait, elapsed, setti
     gait: (K,) bool, a leg that moves against another.
     elapsed: seconds the evidence stands for.
     """
-    gone = np.linalg.norm(table.position[rows] - table.trail[rows, -1], axis=1)
+    gone = np.hypot(*(table.position[rows] - table.trail[rows, -1]).T)
     doubt = np.sqrt(table.covariance[rows, 0]) + settings.body_noise
     moved = (gone > settings.walking_distance) & (gone > 3.0 * doubt)
     earned = table.human[rows] & (
@@ -55,13 +57,13 @@ def find_gait(table, settings):
     How one leg lies to the other changes with every step, and does so whatever is wrong with
     the robot's own motion; the legs of a chair keep their distance.
     """
-    legs = ((table.radius < settings.leg_width / 2.0) & (table.radius > settings.thin_radius)
-            & (table.apart > 0.9) & (table.hits > 0.4))
-    gap = np.linalg.norm(table.position[:, None] - table.position[None], axis=2)
+    walking, thick = np.zeros(len(table), dtype=bool), table.radius > settings.thin_radius
+    legs = np.flatnonzero((table.radius < settings.leg_width / 2.0) & thick
+                          & (table.apart > 0.9) & (table.hits > 0.4))
     # Two legs have no third beside them; chairs and shelves do.
-    beside = (gap < settings.stride) & (table.hits > 0.4) & (table.radius > settings.thin_radius)
-    legs = np.flatnonzero(legs & (beside.sum(axis=1) == 2))
-    walking = np.zeros(len(table), dtype=bool)
+    others = table.position[thick & (table.hits > 0.4)]
+    gap = distances(table.position[legs], others)
+    legs = legs[(gap < settings.stride).sum(axis=1) == 2]
     if len(legs) < 2:
         return walking
     offset = table.position[legs, None] - table.position[None, legs]

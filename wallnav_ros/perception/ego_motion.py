@@ -20,7 +20,8 @@ Point-to-line matching with a prior on the motion (Censi 2008), against the last
 import numpy as np
 from scipy.spatial import cKDTree
 
-from wallnav_ros.world.geometry import compose, invert, rotate, to_parent, wrap_angle
+from wallnav_ros.world.geometry import (
+    compose, distances, invert, rotate, to_parent, wrap_angle)
 
 
 class EgoMotion:
@@ -52,11 +53,12 @@ class EgoMotion:
             return compose(compose(self.correction, self.rate * elapsed), given)
         return compose(self.correction, given)
 
-    def locate(self, points, given, known, elapsed, sensor):
+    def locate(self, points, people, given, known, elapsed, sensor):
         """
-        Return the pose (3,) of the laser in the inner frame; arguments as for `predict`.
+        Return the pose (3,) of the laser in the inner frame; other arguments as for `predict`.
 
-        points: (P, 2) beam ends in the laser's frame, in beam order, of things that stand.
+        points: (P, 2) beam ends in the laser's frame, in beam order. people: (H, 2) where, in
+        the inner frame, people should be: what lies on them does not stand. sensor: its name.
         """
         prior = self.predict(given, known, elapsed)
         step = compose(invert(self._given.get(sensor, given)), given)
@@ -64,6 +66,7 @@ class EgoMotion:
         pose, self.certain = prior, True
         if not known or not len(reference) or np.hypot(step[0], step[1]) + abs(step[2]) > 1e-3:
             spread = self._spread(step, known, elapsed)
+            points = self._standing(points, people, prior)
             matched, share = reference.match(points, prior, spread)
             self.certain = matched is not None
             if matched is not None:
@@ -74,6 +77,13 @@ class EgoMotion:
                 reference.add(points, pose)
         self._settle(pose, given, step, known, elapsed, sensor)
         return pose
+
+    def _standing(self, points, people, pose):
+        """Return those of `points` (P, 2) of the laser at `pose` that are not on `people`."""
+        if not len(people):
+            return points
+        gap = distances(people, to_parent(pose, points))
+        return points[gap.min(axis=0) > self.settings.carve_radius]
 
     def _spread(self, step, known, elapsed):
         """Return the standard deviations (3,) of the predicted pose."""

@@ -89,7 +89,7 @@ class TrackTable:
 
     def predict(self, elapsed, settings):
         """Move every track `elapsed` seconds on, under white acceleration."""
-        speed = np.linalg.norm(self.velocity, axis=1)
+        speed = np.hypot(*self.velocity.T)
         share = np.minimum(1.0, settings.fastest / np.maximum(speed, 1e-6))
         share = np.where(self.motion < -1.5, np.exp(-elapsed / settings.rest_time), share)
         self.velocity = self.velocity * share[:, None]
@@ -115,7 +115,7 @@ class TrackTable:
 
     def lay_trail(self, stamp, spacing):
         """Push the present places onto the trails once every `spacing` seconds."""
-        gone = np.linalg.norm(self.position - self.born_at, axis=1)
+        gone = np.hypot(*(self.position - self.born_at).T)
         self.reach = np.maximum(self.reach, gone)
         if stamp - self._trail_stamp >= spacing - 1e-3:
             self.trail = np.concatenate((self.position[:, None], self.trail[:, :-1]), axis=1)

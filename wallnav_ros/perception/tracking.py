@@ -27,7 +27,7 @@ from wallnav_ros.perception.own_body import OwnBody
 from wallnav_ros.perception.settings import TrackerSettings
 from wallnav_ros.perception.track_table import TrackTable
 from wallnav_ros.perception.visibility import look_up, make_view, ViewMemory
-from wallnav_ros.world.geometry import compose, invert, rotate, to_parent
+from wallnav_ros.world.geometry import compose, distances, invert, rotate, to_parent
 from wallnav_ros.world.tracks import HUMAN, OBSTACLE, Tracks
 
 
@@ -67,9 +67,8 @@ class Tracker:
         body = self._bodies.setdefault(sensor, OwnBody(settings))
         own = body.find(scan, self._motion.rate * elapsed)
         hits, local = place_beams(scan, ~own, sweep, settings)
-        expected = self._motion.predict(given, known, elapsed)
-        pose = self._motion.locate(
-            self._standing(local, expected), given, known, elapsed, sensor)
+        people = table.position[table.human]
+        pose = self._motion.locate(local, people, given, known, elapsed, sensor)
         if walls is not None and known and len(hits):
             margin = settings.wall_margin + settings.wall_slack * scan.ranges[hits]
             open_space = walls.at(to_parent(given, local)) > margin
@@ -80,7 +79,7 @@ class Tracker:
         view = make_view(scan, compose(pose, 0.5 * sweep), settings.clear_range)
         earlier = memory.older_than(scan.stamp - settings.view_age, view)
         evidence = judge_points(points, scan, earlier, settings)
-        seen = detect(scan, hits, points, pose, evidence, table.position[table.human], settings)
+        seen = detect(scan, hits, points, pose, evidence, people, settings)
         match = associate(table, seen, settings)
         self._correct(seen, match, scan, view, elapsed)
         self._miss(match, scan, view, elapsed)
@@ -118,15 +117,6 @@ class Tracker:
             return np.zeros(3)
         return compose(invert(given), np.asarray(end_pose, dtype=float))
 
-    def _standing(self, local, pose):
-        """Return those of the points (P, 2) of the laser at `pose` that are not on people."""
-        people = self._table.position[self._table.human]
-        if not len(people):
-            return local
-        placed = to_parent(pose, local)
-        squared = (placed[:, :1] - people[:, 0]) ** 2 + (placed[:, 1:] - people[:, 1]) ** 2
-        return local[squared.min(axis=1) > self.settings.carve_radius ** 2]
-
     def _correct(self, seen, match, scan, view, elapsed):
         """Correct the tracks that were seen, by one detection or the mean of two legs."""
         settings, table = self.settings, self._table
@@ -137,7 +127,7 @@ class Tracker:
         both = match.second[rows] >= 0
         two = np.where(both, match.second[rows], one)
         position = 0.5 * (seen.position[one] + seen.position[two])
-        apart = np.linalg.norm(seen.position[one] - seen.position[two], axis=1)
+        apart = np.hypot(*(seen.position[one] - seen.position[two]).T)
         radius = np.maximum(seen.radius[one], seen.radius[two]) + 0.5 * apart
         alone = seen.leg[one] & ~both & (table.pair[rows] > 0.3)
         covered = seen.hidden[one] | seen.hidden[two]
@@ -181,8 +171,7 @@ class Tracker:
         settings, table = self.settings, self._table
         free = np.flatnonzero(~match.used & (seen.count >= 3))
         if len(table) and len(free):
-            people = table.position[table.human]
-            gap = np.linalg.norm(seen.position[free][:, None] - people[None], axis=2)
+            gap = distances(seen.position[free], table.position[table.human])
             crowded = (gap < settings.carve_radius).any(axis=1) & seen.leg[free]
             free = free[~crowded]
         position, radius, pair = seen.position[free], seen.radius[free], np.zeros(len(free))
@@ -193,8 +182,8 @@ class Tracker:
         settings, table = self.settings, self._table
         if len(table) < 2:
             return
-        gap = np.linalg.norm(table.position[:, None] - table.position[None], axis=2)
-        drift = np.linalg.norm(table.velocity[:, None] - table.velocity[None], axis=2)
+        gap = distances(table.position, table.position)
+        drift = distances(table.velocity, table.velocity)
         leg = (table.motion > 0.0) & (table.radius < settings.stride / 2.0)
         twin = leg[:, None] & leg[None] & (gap < settings.leg_gap) & (drift < settings.leg_drift)
         edge = ((gap < table.radius[None] + settings.edge_margin)
@@ -208,7 +197,7 @@ class Tracker:
         """Return (N,) bool: a leg beside a person, who may well be its owner."""
         settings, table = self.settings, self._table
         people = np.flatnonzero(table.human)
-        gap = np.linalg.norm(table.position[:, None] - table.position[None, people], axis=2)
+        gap = distances(table.position, table.position[people])
         leg = (table.radius < settings.leg_width / 2.0) & (table.pair < 0.3)
         return leg & ((gap < settings.stride) & (gap > 0.0)).any(axis=1)
 
@@ -216,7 +205,7 @@ class Tracker:
         table = self._table
         shown = np.flatnonzero(table.score >= 1.0)
         human = table.human[shown]
-        speed = np.linalg.norm(table.velocity[shown], axis=1)
+        speed = np.hypot(*table.velocity[shown].T)
         doubt = np.sqrt(table.covariance[shown, 2])
         moving = speed > doubt * np.where(human, 1.0, 2.5)
         velocity = np.where(moving[:, None], table.velocity[shown], 0.0)
