@@ -25,6 +25,7 @@ import os
 
 from tqdm import tqdm
 
+from wallnav_ros.evaluation.baselines import is_baseline, load_baseline
 from wallnav_ros.policy.actions import make_actions
 from wallnav_ros.policy.lookahead import Lookahead
 from wallnav_ros.policy.value_function import load_value_function
@@ -64,8 +65,10 @@ def load_policy(model, horizons=None, caution=None):
     """
     if model == 'orca':
         return OrcaPolicy(make_actions())
-    weights = load_value_function(find_asset('models', model, '.npz'))
-    return GreedyPolicy(Lookahead.from_weights(weights, horizons, caution))
+    path = find_asset('models', model, '.npz')
+    if is_baseline(path):
+        return load_baseline(path, horizons, caution)
+    return GreedyPolicy(Lookahead.from_weights(load_value_function(path), horizons, caution))
 
 
 def run_campaigns(campaigns, workers=1, progress=True):

@@ -19,7 +19,10 @@ Paper section 3: ours, and the baselines it is compared with.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
+from wallnav_ros.evaluation.baselines import BASELINES, FRAMES
+from wallnav_ros.learning.baselines import CadrlNetwork, LstmNetwork, SpatialTemporalNetwork
 from wallnav_ros.learning.networks import SIZES, ValueNetwork
 from wallnav_ros.learning.sight import WallSight
 from wallnav_ros.policy.value_function import LAYERS
@@ -42,6 +45,17 @@ class Kind:
     sight: object
 
 
+def _baseline(name, sizes, network):
+    about = BASELINES[name]
+    build = partial(network, own=about.sight.own, agent=about.sight.agent)
+    return Kind(about.title, sizes, about.layers, build, about.sight)
+
+
 KINDS = {
     'three_mlp': Kind('three MLPs in series', SIZES, LAYERS, ValueNetwork, WallSight()),
+    'cadrl': _baseline('cadrl', {'value': [150, 100, 100, 1]}, CadrlNetwork),
+    'lstm_rl': _baseline('lstm_rl', {'lstm': [50], 'value': [150, 100, 100, 1]}, LstmNetwork),
+    'sarl': _baseline('sarl', SIZES, ValueNetwork),
+    'st2': _baseline('st2', {'embed': [64, 32], 'forward': [64], 'value': [128, 96, 1]},
+                     partial(SpatialTemporalNetwork, frames=FRAMES)),
 }

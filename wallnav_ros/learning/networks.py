@@ -23,6 +23,8 @@ from torch import nn
 
 from wallnav_ros.policy import features as feature_set
 
+OWN = len(feature_set.ROBOT) + feature_set.WALL_RAYS
+AGENT = len(feature_set.AGENT)
 SIZES = {'mlp1': [96, 64], 'mlp2': [64, 32], 'attention': [64, 1], 'mlp3': [128, 96, 1]}
 
 
@@ -37,6 +39,15 @@ def mlp(width, sizes, last_relu=False):
     return nn.Sequential(*layers)
 
 
+def linear_tensors(name, layers):
+    """Return {name: float32 array} of the linear ones of `layers`, weights (inputs, outputs)."""
+    found = {}
+    for number, layer in enumerate(part for part in layers if isinstance(part, nn.Linear)):
+        found[f'{name}.{number}.weight'] = layer.weight.detach().cpu().numpy().T.copy()
+        found[f'{name}.{number}.bias'] = layer.bias.detach().cpu().numpy().copy()
+    return found
+
+
 class ValueNetwork(nn.Module):
     """
     The value of a state, from features as in `policy.features`.
@@ -44,12 +55,11 @@ class ValueNetwork(nn.Module):
     Agents enter as rows (only those present), so an empty corridor costs nothing.
     """
 
-    def __init__(self, sizes=None):
+    def __init__(self, sizes=None, own=OWN, agent=AGENT):
         super().__init__()
         self.sizes = sizes or SIZES
-        own = len(feature_set.ROBOT) + feature_set.WALL_RAYS
         hidden = self.sizes['mlp1'][-1]
-        self.mlp1 = mlp(own + len(feature_set.AGENT), self.sizes['mlp1'], last_relu=True)
+        self.mlp1 = mlp(own + agent, self.sizes['mlp1'], last_relu=True)
         self.mlp2 = mlp(hidden, self.sizes['mlp2'], last_relu=True)
         self.attention = mlp(2 * hidden, self.sizes['attention'])
         self.mlp3 = mlp(own + self.sizes['mlp2'][-1], self.sizes['mlp3'])
@@ -89,10 +99,7 @@ class ValueNetwork(nn.Module):
         """Return {name: float32 array} as `policy.value_function` reads them."""
         found = {}
         for name in ('mlp1', 'mlp2', 'attention', 'mlp3'):
-            linear = [layer for layer in getattr(self, name) if isinstance(layer, nn.Linear)]
-            for number, layer in enumerate(linear):
-                found[f'{name}.{number}.weight'] = layer.weight.detach().cpu().numpy().T.copy()
-                found[f'{name}.{number}.bias'] = layer.bias.detach().cpu().numpy().copy()
+            found.update(linear_tensors(name, getattr(self, name)))
         return found
 
 

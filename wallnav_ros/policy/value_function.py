@@ -40,15 +40,15 @@ class WeightsError(ValueError):
     """A weight file that cannot be trusted; one line naming file, fault and fix."""
 
 
-def layer_shapes(sizes):
+def layer_shapes(sizes, own=len(feature_set.ROBOT) + feature_set.WALL_RAYS,
+                 agent=len(feature_set.AGENT)):
     """
     Return {tensor name: shape} of the network whose layer `sizes` are given.
 
-    `sizes` maps mlp1, mlp2, attention and mlp3 to lists of layer widths. Weights are
-    (inputs, outputs), as in y = x @ W + b.
+    `sizes` maps mlp1, mlp2, attention and mlp3 to lists of layer widths; `own` and `agent` are
+    the widths of its inputs. Weights are (inputs, outputs), as in y = x @ W + b.
     """
-    own = len(feature_set.ROBOT) + feature_set.WALL_RAYS
-    inputs = {'mlp1': own + len(feature_set.AGENT), 'mlp2': sizes['mlp1'][-1],
+    inputs = {'mlp1': own + agent, 'mlp2': sizes['mlp1'][-1],
               'attention': 2 * sizes['mlp1'][-1], 'mlp3': own + sizes['mlp2'][-1]}
     shapes = {}
     for name, width in inputs.items():
