@@ -141,7 +141,8 @@ class SpatialTemporalValue(BaselineValue):
     def _block(self, name, tokens, mask=None):
         """Return `tokens` (S, L, D) after one encoder layer; `mask` (S, L) marks real ones."""
         size, length, width = tokens.shape
-        parts = tokens @ self.tensors[f'{name}.attend.weight'] + self.tensors[f'{name}.attend.bias']
+        parts = tokens @ self.tensors[f'{name}.attend.weight']
+        parts += self.tensors[f'{name}.attend.bias']
         parts = parts.reshape(size, length, 3, HEADS, width // HEADS)
         query, key, value = np.moveaxis(parts, (2, 3), (0, 2))
         score = query @ np.swapaxes(key, -1, -2) / np.float32(np.sqrt(width // HEADS))

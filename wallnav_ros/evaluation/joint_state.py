@@ -169,8 +169,9 @@ def joint_state(robot, frames, radius, present):
     rows = np.stack((offset[..., 0] / AGENT_SCALE, offset[..., 1] / AGENT_SCALE, velocity[..., 0],
                      velocity[..., 1], radius, reach, gap / AGENT_SCALE), axis=-1)
     rows = np.moveaxis(np.where(present[:, None, :, None], rows, 0.0), 1, 2)
+    columns = rows.shape[2] * rows.shape[3]
     return Features(own.astype(np.float32), np.zeros((len(own), 0), np.float32),
-                    rows.reshape(*rows.shape[:2], -1).astype(np.float32), present)
+                    rows.reshape(*rows.shape[:2], columns).astype(np.float32), present)
 
 
 def _frame(agents):
