@@ -21,7 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-HEADS = 4              # of every attention in ST2
+HEADS = 2              # of every attention in ST2
 NORM_EPSILON = 1e-5
 
 

@@ -135,6 +135,9 @@ class SpatialTemporalNetwork(nn.Module):
         crowd = own.new_zeros(count, width)
         state, agent = torch.nonzero(present, as_tuple=True)
         if len(state):
+            # Attention costs the square of the crowd, so what is padding throughout is cut off.
+            most = int(agent.max()) + 1
+            agents, present = agents[:, :most], present[:, :most]
             rows = agents.reshape(count, most, frames, -1).transpose(1, 2)
             own_rows = own[:, None, None].expand(-1, frames, most, -1)
             tokens = self.embed(torch.cat((own_rows, rows), dim=-1))
