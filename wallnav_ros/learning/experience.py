@@ -49,7 +49,7 @@ class Explorer:
 
     def act(self, batch, rows, field):
         """Return actions (S,), the value (S,) expected of the state, and what was random."""
-        scores, _ = self.lookahead.evaluate(batch.robot(rows), batch.agents(rows), field)
+        scores, _ = self.lookahead.evaluate(batch.guided(rows), batch.agents(rows), field)
         action = scores.argmax(axis=1)
         explored = self.rng.random(len(rows)) < self.epsilon
         chance = self.rng.integers(scores.shape[1], size=len(rows))
@@ -88,7 +88,7 @@ def gather(episodes, actor, rule, trace, sight=WallSight()):
         action = np.zeros(len(episodes), dtype=int)
         seen = []
         for rows, field in batch.groups():
-            state = sight.features(view.robot(rows), view.agents(rows), field)
+            state = sight.features(view.guided(rows), view.agents(rows), field)
             action[rows], expected, explored = actor.act(view, rows, field)
             seen.append((rows, state, expected, explored))
         facts = batch.step(commands_of[every, action])

@@ -79,7 +79,7 @@ def extract(robot, agents, clearance, walls):
     (..., N, 2) comes from `agent_clearance`; `walls` is the DistanceField of their frame.
     """
     to_goal = robot.goal - robot.position
-    distance = np.hypot(to_goal[..., 0], to_goal[..., 1])
+    distance = np.hypot(to_goal[..., 0], to_goal[..., 1]) + robot.beyond
     bearing = np.arctan2(to_goal[..., 1], to_goal[..., 0])
     heading = robot.pose[..., 2] - bearing
     own = np.stack(np.broadcast_arrays(

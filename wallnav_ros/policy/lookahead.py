@@ -191,9 +191,10 @@ class Lookahead:
         wall_gap = (np.minimum(walls.at(after), walls.at(0.5 * (before + after)))
                     - robot.radius[:, None, None])
         passing = someone_passing(robot, agents)[:, None] & (speed == 0.0)
+        final = (robot.beyond == 0.0)[:, None, None]
         collided = (agent_gap <= 0.0) | (wall_gap <= 0.0)
         return collided, StepFacts(
-            reached=(distance < GOAL_TOLERANCE) & ~collided, agent_gap=agent_gap,
+            reached=(distance < GOAL_TOLERANCE) & final & ~collided, agent_gap=agent_gap,
             progress=came_from - distance, moved=np.linalg.norm(after - before, axis=-1),
             yielding=passing[..., None], wall_gap=wall_gap)
 
@@ -202,7 +203,8 @@ class Lookahead:
         commands = self.actions.commands(robot.preferred_speed)
         horizons = np.array(self.rule.horizons)
         later = Robot(rollout.poses[state, action, horizons[number] - 1], commands[state, action],
-                      robot.goal[state], robot.radius[state], robot.preferred_speed[state])
+                      robot.goal[state], robot.radius[state], robot.preferred_speed[state],
+                      robot.beyond[state])
         ahead = (horizons * self.rule.time_step)[:, None, None]
         position = agents.position[:, None] + ahead * agents.velocity[:, None]
         velocity = np.broadcast_to(agents.velocity[:, None], position.shape)

@@ -17,6 +17,8 @@ Many episodes side by side: robots as arrays, one crowd each, rewards as named t
 Paper section 1 (dynamics, outcomes) and section 5 (what a step is paid for).
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from wallnav_ros.policy.lookahead import GOAL_TOLERANCE
@@ -54,6 +56,8 @@ class EpisodeBatch:
             self._agents.present[row, :size] = True
             self._agents.position[row, :size] = crowd.position
         self._trail = [self._agents]
+        self._routes = [episode.scenario.route(float(episode.robot.radius))
+                        for episode in episodes]
         self._time_limit = np.array([episode.scenario.time_limit for episode in episodes])
         self.outcome = np.full(count, RUNNING)
         self.time = np.zeros(count)
@@ -73,6 +77,16 @@ class EpisodeBatch:
     def robot(self, rows):
         """Return the Robot with leading axis (len(rows),)."""
         return Robot(*(part[rows] for part in vars(self._robot).values()))
+
+    def guided(self, rows):
+        """Return `robot(rows)` with the next sub-goal of the way as its goal."""
+        robot = self.robot(rows)
+        goal, beyond = robot.goal.copy(), np.zeros(len(rows))
+        routes = [self._routes[row] for row in rows]
+        for route in {id(route): route for route in routes if route is not None}.values():
+            own = np.array([other is route for other in routes])
+            goal[own], beyond[own] = route.guide(robot.position[own])
+        return replace(robot, goal=goal, beyond=beyond)
 
     def agents(self, rows):
         """Return the Agents (len(rows), N), padded to the largest crowd."""
@@ -94,7 +108,7 @@ class EpisodeBatch:
         before, agents_before = self._robot, self._agents
         passing = someone_passing(before, agents_before)
         pose = drive_unicycle(before.pose, commands[:, 0], commands[:, 1], self.time_step)
-        self._robot = Robot(pose, commands, before.goal, before.radius, before.preferred_speed)
+        self._robot = replace(before, pose=pose, velocity=commands)
         self._agents = self._walk(running)
         self._trail.append(self._agents)
         facts = self._facts(before, agents_before, passing & (commands[:, 0] < STOPPED))

@@ -38,7 +38,7 @@ class OrcaPolicy:
 
     def __call__(self, batch, rows, field):
         """Return the index (len(rows),) of the action for each of `rows` of `batch`."""
-        robot, agents = batch.robot(rows), batch.agents(rows)
+        robot, agents = batch.guided(rows), batch.agents(rows)
         wanted = np.stack([self._velocity(batch.episodes[row], robot, agents, number)
                            for number, row in enumerate(rows)])
         commands = self.actions.commands(robot.preferred_speed)
@@ -63,7 +63,8 @@ class OrcaPolicy:
             simulator.set_agent_pref_velocity(agent + 1, velocity)
         offset = robot.goal[number] - robot.position[number]
         length = max(float(np.linalg.norm(offset)), 1e-9)
-        speed = min(float(robot.preferred_speed[number]), length / self.time_step)
+        speed = min(float(robot.preferred_speed[number]),
+                    (length + robot.beyond[number]) / self.time_step)
         pose, (linear, _) = robot.pose[number], robot.velocity[number]
         simulator.set_agent_position(0, tuple(pose[:2].tolist()))
         simulator.set_agent_velocity(

@@ -55,7 +55,7 @@ class GreedyPolicy:
 
     def __call__(self, batch, rows, field):
         """Return the index (len(rows),) of the action for each of `rows` of `batch`."""
-        scores, rollout = self.lookahead.evaluate(batch.robot(rows), batch.agents(rows), field)
+        scores, rollout = self.lookahead.evaluate(batch.guided(rows), batch.agents(rows), field)
         scores = np.where(rollout.collided, -np.inf, scores)
         # argmax of a row that is -inf throughout is 0, the stop action.
         return scores.argmax(axis=1)

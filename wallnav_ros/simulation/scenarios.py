@@ -25,6 +25,7 @@ import reprlib
 import numpy as np
 from wallnav_ros.mapping.distance_field import distance_field
 from wallnav_ros.mapping.occupancy_map import load_map, MapError
+from wallnav_ros.mapping.route import plan_route, RouteError
 from wallnav_ros.mapping.wall_extraction import extract_walls
 from wallnav_ros.simulation.family import Family, KINDS
 from wallnav_ros.simulation.free_space import CELL, free_points, within_polygon
@@ -34,6 +35,7 @@ from wallnav_ros.world.geometry import nearest_on_segments
 from wallnav_ros.world.walls import Walls
 import yaml
 
+ROUTE_RADII = 0.05  # m, between the robot radii that routes are planned for
 PATTERNS = ('walk_to_goal', 'walk_back_and_forth', 'either')
 GOALS = ('visible', 'anywhere')
 FARTHEST = 200.0   # m that a start or goal may lie from the walls, or a goal from the start
@@ -103,10 +105,22 @@ class Scenario:
             return float(nearest.min())
         return float(np.minimum.reduceat(nearest, self._polygon_starts).max())
 
+    def route(self, radius):
+        """Return the Route to the goal for a robot of `radius` m, or None: it fits nowhere."""
+        return _route(self, ROUTE_RADII * float(np.ceil(np.round(radius / ROUTE_RADII, 6))))
+
     @cached_property
     def _polygon_starts(self):
         sizes = [len(polygon) for polygon in self.polygons]
         return np.cumsum([0, *sizes[:-1]])
+
+
+@lru_cache(maxsize=64)
+def _route(scenario, radius):
+    try:
+        return plan_route(scenario.field, scenario.goal, radius)
+    except RouteError:
+        return None
 
 
 @lru_cache(maxsize=32)

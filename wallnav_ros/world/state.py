@@ -31,8 +31,9 @@ class Robot:
 
     pose: (..., 3) x, y in metres and yaw in radians.
     velocity: (..., 2) linear (m/s, along its heading) and angular (rad/s).
-    goal: (..., 2) metres.
+    goal: (..., 2) metres; the next sub-goal where the way bends.
     radius, preferred_speed: (...) metres and m/s.
+    beyond: (...) metres of way left from `goal` on; 0 where it is the final one.
     """
 
     pose: np.ndarray
@@ -40,6 +41,11 @@ class Robot:
     goal: np.ndarray
     radius: np.ndarray
     preferred_speed: np.ndarray
+    beyond: np.ndarray = 0.0
+
+    def __post_init__(self):
+        """Give every part the leading axes, so that all can be indexed alike."""
+        object.__setattr__(self, 'beyond', np.broadcast_to(self.beyond, np.shape(self.radius)))
 
     @property
     def position(self):
