@@ -59,7 +59,7 @@ class FollowedBatch:
         """Return the FollowedAgents (len(rows), N)."""
         now = self._batch.agents(rows)
         past = [_frame(self._batch.past(rows, 1 + number)) for number in range(self._count)]
-        past = np.stack(past, axis=1) if past else _frame(now)[:, :0, None]
+        past = np.stack(past, axis=1) if past else _frame(now)[:, None][:, :0]
         return FollowedAgents(**vars(now), past=past)
 
 
