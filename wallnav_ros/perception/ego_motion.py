@@ -23,6 +23,9 @@ from scipy.spatial import cKDTree
 from wallnav_ros.world.geometry import (
     compose, distances, invert, rotate, to_parent, wrap_angle)
 
+# Along one axis of the world there are fewer cells of `_judge` than this: 500 km.
+_CELLS = 1e6
+
 
 class EgoMotion:
     """
@@ -131,9 +134,10 @@ class _Reference:
         normals, good = _normals(points)
         points, normals = points[good][::2], normals[good][::2]
         self._scans = self._scans[-2:] + [(to_parent(pose, points), rotate(normals, pose[2]))]
-        self._points = np.concatenate([scan[0] for scan in self._scans])
-        self._lines = np.concatenate([scan[1] for scan in self._scans])
-        self._tree = cKDTree(self._points) if len(self._points) else None
+        points, normals = (np.concatenate(parts) for parts in zip(*self._scans))
+        # By coordinate, as matching reads them: a point on each line, then its normal.
+        self._lines = np.concatenate((points.T, normals.T))
+        self._tree = cKDTree(points) if len(points) else None
         self._pose = pose.copy()
 
     def match(self, points, prior, spread):
@@ -156,9 +160,9 @@ class _Reference:
             error, weight, jacobian = self._linearise(placed, pose, near, index[near])
             offset = pose - prior
             offset[2] = wrap_angle(offset[2])
-            hessian = (jacobian * weight[:, None]).T @ jacobian + information
+            hessian = (jacobian * weight) @ jacobian.T + information
             change = -np.linalg.solve(
-                hessian, jacobian.T @ (weight * error) + information @ offset)
+                hessian, jacobian @ (weight * error) + information @ offset)
             pose = pose + change
             reach = max(0.7 * reach, 0.15)
             if abs(change[2]) < 5e-4 and np.hypot(change[0], change[1]) < 1e-3:
@@ -166,11 +170,12 @@ class _Reference:
         return self._judge(points, placed, near, error, pose)
 
     def _linearise(self, placed, pose, near, index):
-        """Return the distances to the lines, their weights and derivatives by x, y, yaw."""
-        normal = self._lines[index]
-        error = np.einsum('ij,ij->i', placed[near] - self._points[index], normal)
-        arm = placed[near] - pose[:2]
-        jacobian = np.column_stack((normal, arm[:, 0] * normal[:, 1] - arm[:, 1] * normal[:, 0]))
+        """Return the distances (K,) to the lines, their weights (K,) and derivatives (3, K)."""
+        x, y = placed[near].T
+        line_x, line_y, normal_x, normal_y = self._lines[:, index]
+        error = (x - line_x) * normal_x + (y - line_y) * normal_y
+        jacobian = np.array((
+            normal_x, normal_y, (x - pose[0]) * normal_y - (y - pose[1]) * normal_x))
         noise = self.settings.match_noise
         return error, 1.0 / (noise ** 2 + error ** 2), jacobian
 
@@ -179,7 +184,8 @@ class _Reference:
         good = near[np.abs(error) < 3.0 * self.settings.match_noise]
         share = len(good) / len(points)
         # Half-metre cells with a surface in them: a person alone fills two or three.
-        cells, held = np.unique(np.floor(2.0 * placed[good]), axis=0, return_counts=True)
+        cell = np.floor(2.0 * placed[good])
+        held = np.unique(cell[:, 0] * _CELLS + cell[:, 1], return_counts=True)[1]
         few = len(good) < 50 or (held > 2).sum() < 5
         if few or share < self.settings.match_share:
             return None, share
@@ -193,8 +199,8 @@ def _normals(points):
         return np.zeros((len(points), 2)), np.zeros(len(points), dtype=bool)
     ahead, behind = np.roll(points, -2, axis=0), np.roll(points, 2, axis=0)
     along = ahead - behind
-    length = np.linalg.norm(along, axis=1)
-    sides = (np.linalg.norm(ahead - points, axis=1), np.linalg.norm(behind - points, axis=1))
+    length, *sides = (np.hypot(gap[:, 0], gap[:, 1])
+                      for gap in (along, ahead - points, behind - points))
     # A surface: both neighbours are near, and this point lies between them.
     good = (np.maximum(*sides) < 0.4) & (length > 0.8 * (sides[0] + sides[1])) & (length > 1e-3)
     good[:2] = good[-2:] = False
