@@ -21,6 +21,7 @@ import pytest
 rosbags = pytest.importorskip('rosbags')
 
 from recorded_bags import Bag, laser_scan, odometry, transform  # noqa: E402
+from wallnav_ros.evaluation import recordings  # noqa: E402
 from wallnav_ros.evaluation.recordings import (  # noqa: E402
     OdometryRecord, Recording, RecordingError, ScanRecord)
 
@@ -52,6 +53,24 @@ def test_scans_and_odometry_come_in_the_order_they_were_received(tmp_path, mcap,
     assert first.scan.angle_increment == pytest.approx(math.pi / 2)
     np.testing.assert_allclose(between.pose, (1.0, 2.0, 0.5))
     np.testing.assert_allclose(between.twist, (0.7, 0.1, -0.2))
+
+
+@pytest.mark.parametrize('most_kept', [0, 4, 8], ids=['none', 'one scan of two', 'all'])
+def test_a_second_look_shows_the_same_whether_it_was_kept_or_is_read_again(
+        tmp_path, monkeypatch, most_kept):
+    monkeypatch.setattr(recordings, '_MOST_KEPT', most_kept)
+    bag = small_bag()
+    bag.add(100.3, '/odom', odometry(50.3, (0.0, 0.0, 0.0), scale=2.0))
+    recording = Recording(bag.write(tmp_path / 'bag'))
+
+    first, rejected = list(recording.records()), recording.rejected
+    second = list(recording.records())
+
+    assert [record.bag_time for record in second] == [record.bag_time for record in first]
+    np.testing.assert_array_equal(second[2].scan.ranges, first[2].scan.ranges)
+    np.testing.assert_array_equal(second[1].pose, first[1].pose)
+    assert recording.rejected == rejected and sum(rejected.values()) == 1
+    assert (second[0] is first[0]) == (most_kept == 8)
 
 
 def test_frames_lose_the_leading_slash_of_ros_1(tmp_path):
