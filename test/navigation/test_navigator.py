@@ -13,9 +13,12 @@
 # limitations under the License.
 """The navigator as a whole, fed by hand: when it drives, where to, and when it must not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from wallnav_ros.navigation.base import BaseLimits
 from wallnav_ros.navigation.localisation import Localisation
 from wallnav_ros.navigation.navigator import MOST_REASONS, Navigator
 from wallnav_ros.navigation.plans import NavigatorSettings
@@ -64,10 +67,66 @@ class Robot:
 
 
 def test_drives_straight_at_a_goal_ahead():
-    status = Robot().drive_to(5.0, 0.0)
+    robot = Robot()
+    status = robot.drive_to(5.0, 0.0)
     assert status.state == 'driving' and status.stop is None
     # Straight ahead at the preferred speed is the action that gains most.
-    np.testing.assert_allclose(status.command, [0.8, 0.0], atol=1e-9)
+    np.testing.assert_allclose(robot.navigator.plan.command, [0.8, 0.0], atol=1e-9)
+
+
+def test_commands_change_no_faster_than_the_base_can_follow():
+    robot = Robot(base=BaseLimits(acceleration=1.0))
+    robot.drive_to(50.0, 0.0)
+    speeds = [robot.sense().command[0] for _ in range(12)]
+    # 1 m/s^2 and a command every 0.1 s; the first one came with the goal.
+    np.testing.assert_allclose(speeds[:6], [0.2, 0.3, 0.4, 0.5, 0.6, 0.7], atol=1e-6)
+    np.testing.assert_allclose(speeds[7:], 0.8, atol=1e-6)
+
+
+def test_settings_changed_while_it_drives_hold_from_the_next_decision_on():
+    robot = Robot()
+    robot.drive_to(50.0, 0.0)
+    settings = robot.navigator.settings
+    robot.navigator.set_settings(replace(settings, base=BaseLimits(max_speed=0.3)))
+    speeds = [robot.sense().command[0] for _ in range(12)]
+    assert speeds[-1] == pytest.approx(0.3)
+
+
+def test_something_that_turns_up_within_the_braking_distance_stops_the_robot_at_once():
+    robot = Robot(scan_timeout=1.0)
+    robot.drive_to(50.0, 0.0)
+    for _ in range(12):
+        robot.sense()
+    robot.velocity = np.array([0.8, 0.0])
+    assert robot.sense().command[0] == pytest.approx(0.8)
+    while robot.navigator.plan.stamp < robot.time:
+        robot.sense()
+    # Nothing is due to be decided yet; a box stands 0.35 m before the robot's front.
+    ahead = np.abs(np.arange(BEAMS) - BEAMS // 2) < 10
+    robot.ranges = np.where(ahead, 0.55, np.inf)
+    status = robot.sense()
+    assert status.stop.cause == 'braking' and not status.command.any()
+
+
+@pytest.mark.parametrize('allowed, cause, speed', [
+    (False, 'in_contact', 0.0), (True, None, -0.2)])
+def test_backs_off_from_contact_only_where_it_may(allowed, cause, speed):
+    robot = Robot(base=BaseLimits(reverse=allowed))
+    ahead = np.abs(np.arange(BEAMS) - BEAMS // 2) < 30
+    robot.ranges = np.where(ahead, 0.18, np.inf)
+    status = robot.drive_to(5.0, 0.0)
+    assert (status.stop and status.stop.cause) == cause
+    assert status.command[0] == pytest.approx(speed)
+
+
+def test_a_control_loop_that_was_held_up_is_a_reason_to_stand():
+    robot = Robot(scan_timeout=5.0, odom_timeout=5.0)
+    robot.drive_to(50.0, 0.0)
+    robot.time += 1.0
+    status = robot.navigator.update(robot.time, robot.time)
+    assert status.stop.cause == 'overrun' and not status.command.any()
+    assert robot.navigator.loop.overruns == 1
+    assert robot.sense().state == 'driving'
 
 
 def test_stands_without_a_goal_and_says_so():
@@ -146,12 +205,24 @@ def test_a_goal_in_the_map_stays_put_when_the_localisation_corrects_itself():
     robot.sense()
     robot.navigator.localisation.add_fix(robot.time, np.array([1.0, 0.0, 0.0]))
     robot.drive_to(5.0, 0.0, 'map')
-    robot.navigator.localisation.add_fix(robot.time, np.array([2.0, 0.0, 0.0]))
+    robot.navigator.localisation.add_fix(robot.time, np.array([1.4, 0.0, 0.0]))
     for _ in range(3):
         robot.sense()
     plan = robot.navigator.plan
     np.testing.assert_allclose(plan.goal, [5.0, 0.0])
-    np.testing.assert_allclose(plan.path[0, :2], [2.0, 0.0], atol=1e-9)
+    np.testing.assert_allclose(plan.path[0, :2], [1.4, 0.0], atol=1e-9)
+
+
+def test_a_pose_in_the_map_a_metre_away_ends_the_goal():
+    robot = Robot()
+    robot.sense()
+    robot.navigator.localisation.add_fix(robot.time, np.zeros(3))
+    # The first pose in the map is no jump, however far from where odometry began.
+    robot.drive_to(5.0, 0.0, 'map')
+    robot.navigator.localisation.add_fix(robot.time, np.array([1.0, 0.0, 0.0]))
+    assert robot.sense().stop.cause == 'localisation_jumped'
+    assert robot.sense().stop.cause == 'localisation_jumped'
+    assert robot.drive_to(5.0, 0.0, 'map').state == 'driving'
 
 
 def test_a_fix_grows_old_only_while_the_robot_drives():
@@ -182,7 +253,7 @@ def test_a_clock_set_back_forgets_the_goal():
 def test_stands_in_a_ring_closer_than_its_own_radius():
     robot = Robot()
     robot.ranges = np.full(BEAMS, 0.15)
-    assert robot.drive_to(5.0, 0.0).stop.cause == 'blocked'
+    assert robot.drive_to(5.0, 0.0).stop.cause == 'in_contact'
 
 
 def test_walls_that_only_the_scanner_knows_are_not_driven_into():
@@ -193,7 +264,7 @@ def test_walls_that_only_the_scanner_knows_are_not_driven_into():
         robot.ranges = np.where(np.cos(angles) > 0.05, 0.45 / np.cos(angles), np.inf)
     status = robot.drive_to(5.0, 0.0)
     # One step of 0.25 s straight at 0.8 m/s would end 0.05 m inside it, radius included.
-    assert status.stop is None and status.command[0] < 0.8
+    assert status.stop is None and robot.navigator.plan.command[0] < 0.8
 
 
 def test_mapped_walls_count_only_once_the_robot_is_localised():
@@ -202,10 +273,12 @@ def test_mapped_walls_count_only_once_the_robot_is_localised():
                                np.array([-5.0, -5.0, 0.0]), 0.05)
     robot = Robot()
     robot.navigator.set_walls(wall_ahead)
-    assert robot.drive_to(5.0, 0.0).command[0] == pytest.approx(0.8)
+    robot.drive_to(5.0, 0.0)
+    assert robot.navigator.plan.command[0] == pytest.approx(0.8)
     robot = Robot(Localisation(np.zeros(3)))
     robot.navigator.set_walls(wall_ahead)
-    assert robot.drive_to(5.0, 0.0).command[0] < 0.6
+    robot.drive_to(5.0, 0.0)
+    assert robot.navigator.plan.command[0] < 0.6
 
 
 def test_tracks_of_another_process_are_brought_into_the_state_frame_and_to_the_moment():

@@ -16,7 +16,8 @@
 import numpy as np
 import pytest
 
-from wallnav_ros.navigation.stopping import BaseLimits, STEP, stoppable
+from wallnav_ros.navigation.base import BaseLimits
+from wallnav_ros.navigation.stopping import STEP, stoppable
 from wallnav_ros.world.distance_field import DistanceField
 from wallnav_ros.world.geometry import drive_unicycle
 from wallnav_ros.world.state import Agents, Observation, Robot

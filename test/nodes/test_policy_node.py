@@ -159,12 +159,12 @@ def test_odometry_that_is_no_pose_is_counted_and_stops_the_robot(start_policy, r
                'counted rejections')
 
 
-def test_stands_when_every_action_is_predicted_to_collide(start_policy, robot):
+def test_stands_where_something_is_inside_its_radius(start_policy, robot):
     robot.ranges = np.full(360, 0.15)
     start_policy()
     robot.wait_for('no_goal')
     robot.send_goal(5.0, 0.0)
-    robot.wait_for('blocked')
+    robot.wait_for('in_contact')
     assert_stands(robot)
 
 

@@ -45,7 +45,7 @@ class Localisation:
     def forget(self):
         """Forget everything but a fixed odometry frame, as after a jump of the clock."""
         self.velocity = np.zeros(2)
-        self.travelled, self.last_jump = 0.0, 0.0
+        self.travelled, self.last_jump, self._jumped = 0.0, 0.0, 0.0
         self.fix_stamp = None
         self._poses = PoseBuffer()
         self._first = self._last = None
@@ -85,7 +85,13 @@ class Localisation:
         if self.map_from_odom is not None and self._last is not None:
             moved = (compose(map_from_odom, self._last) - compose(self.map_from_odom, self._last))
             self.last_jump = float(np.hypot(*moved[:2]))
+            self._jumped = max(self._jumped, self.last_jump)
         self.map_from_odom, self.fix_stamp, self.travelled = map_from_odom, stamp, 0.0
+
+    def take_jump(self):
+        """Return the farthest jump in metres since this was last asked."""
+        jumped, self._jumped = self._jumped, 0.0
+        return jumped
 
     def odom_pose(self, stamp):
         """Return the robot (3,) in the odometry's frame at `stamp`, None if it cannot be told."""

@@ -22,12 +22,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from wallnav_ros.navigation.driving import Driver
+from wallnav_ros.navigation.guidance import Guide
 from wallnav_ros.navigation.localisation import Localisation, MAP
-from wallnav_ros.navigation.plans import NavigatorSettings, Plan, Status
-from wallnav_ros.navigation.stopping import stoppable
-from wallnav_ros.navigation.surfaces import add_surfaces, assign_points, scan_points
-from wallnav_ros.navigation.watchdogs import ClockWatch, Feed, Stop
-from wallnav_ros.policy.actions import STOP
+from wallnav_ros.navigation.plans import NavigatorSettings, Status
+from wallnav_ros.navigation.surfaces import add_surfaces, assign_points, REACH, scan_points
+from wallnav_ros.navigation.watchdogs import ClockWatch, Feed, LoopWatch, Stop
 from wallnav_ros.world.geometry import compose, drive_unicycle, invert, rotate, to_parent
 from wallnav_ros.world.state import Agents, Observation, Robot
 from wallnav_ros.world.tracks import Tracks
@@ -35,7 +35,6 @@ from wallnav_ros.world.tracks import Tracks
 LONGEST_PREDICTION = 0.5       # s that tracks and the robot are carried forward at most
 FIX_DISTANCE = 0.5             # m driven without a fix before its age counts
 MOST_REASONS = 50              # kept apart
-STANDSTILL = np.zeros(2)
 
 
 class Navigator:
@@ -45,27 +44,35 @@ class Navigator:
     All times are seconds of the clock in use, given with every call. Whatever cannot be used
     is counted by its reason in `rejected` and otherwise ignored.
     tracks: the newest Tracks, in the odometry's frame. plan: the newest Plan, or None.
+    map_fault: the Stop that the map calls for, or None.
     """
 
     def __init__(self, lookahead, tracker, settings=NavigatorSettings(), localisation=None):
-        self.settings = settings
         self.localisation = localisation or Localisation()
+        self.guide = Guide()
         self.laser_pose = np.zeros(3)
         self.rejected = Counter()
-        self.clock = ClockWatch()
+        self.clock, self.loop = ClockWatch(), LoopWatch(settings.control_period)
         # In the order of blame: without odometry no scan can be used either.
-        self.feeds = {'odometry': Feed('odometry', settings.odom_timeout),
-                      'scan': Feed('scan', settings.scan_timeout)}
+        self.feeds = {'odometry': Feed('odometry'), 'scan': Feed('scan')}
         if settings.tracks_given:
-            self.feeds['tracks'] = Feed('tracks', settings.tracks_timeout)
-        self.walls = None
+            self.feeds['tracks'] = Feed('tracks')
+        self.walls = self.map_fault = None
         self.tracks = None
         self.plan = None
-        self._lookahead, self._tracker = lookahead, tracker
+        self._driver, self._tracker = Driver(lookahead, settings), tracker
         self._points, self._laser = np.empty((0, 2)), np.zeros(3)
-        self._goal = None
-        self._ended = Stop('no_goal', 'no goal')
         self._due = -np.inf
+        self.set_settings(settings)
+
+    def set_settings(self, settings):
+        """Take NavigatorSettings; they hold from the next command on."""
+        self.settings = settings
+        self._driver.set_settings(settings)
+        timeouts = {'odometry': settings.odom_timeout, 'scan': settings.scan_timeout,
+                    'tracks': settings.tracks_timeout}
+        for feed in self.feeds.values():
+            feed.timeout = timeouts[feed.name]
 
     def reject(self, name, reason):
         """Count an input (`scan`, `odometry`, `goal`, ...) that could not be used, and why."""
@@ -87,28 +94,11 @@ class Navigator:
 
         Returns None, or why the goal is refused; the robot then stands without a goal.
         """
-        self._goal = self.plan = None
-        if not np.isfinite(position).all():
-            return self._refuse('a coordinate is not finite')
-        place = self.localisation
-        relation = place.frame_in_state(frame)
-        if relation is None:
-            hint = ('the robot is not localised (no amcl_pose, no transform)' if frame == MAP
-                    else f'known frames are {place.state_frame}, {place.odom_frame} and '
-                         f'{place.base_frame}')
-            return self._refuse(
-                f'frame {frame!r} cannot be related to {place.state_frame}: {hint}')
-        # A goal in the map stays put there, one in the odometry's frame drifts with it.
-        if frame == place.base_frame:
-            position, frame = to_parent(relation, position), place.state_frame
-        self._goal = np.asarray(position, dtype=float), frame
-        self._due = -np.inf
-        return None
-
-    def _refuse(self, reason):
-        self._ended = Stop('goal_refused', f'goal: {reason}')
-        self.reject('goal', reason)
-        return reason
+        self.plan, self._due = None, -np.inf
+        refusal = self.guide.take_goal(position, frame, self.localisation)
+        if refusal is not None:
+            self.reject('goal', refusal)
+        return refusal
 
     def take_odometry(self, stamp, pose, velocity, now):
         """Take the robot's pose (3,) and velocity (2,) by odometry."""
@@ -153,45 +143,62 @@ class Navigator:
         """
         Return the Status at `now` (s, the clock in use) and `steady` (s, never set).
 
-        To be called often: it is what notices that nothing arrives.
+        To be called often: it is what notices that nothing arrives, and what keeps every command
+        one that the robot can still stop after.
         """
+        late = self.loop.step(steady)
         if self.clock.set_back(now, steady):
             self._start_over()
-        stop = self._obstacle_to_driving(now, steady)
+        self._doubt_jumps()
+        stop = late or self._obstacle_to_driving(now, steady)
         if stop is None and self._arrived():
-            self._goal = self.plan = None
-            stop = self._ended = Stop('goal_reached', 'goal reached')
+            stop = self.guide.end(Stop('goal_reached', 'goal reached'))
         if stop is not None:
             # What was decided before a stop says nothing about the world after it.
             self.plan = None
-            return Status(STANDSTILL, 'stopped', stop)
-        if self.plan is None:
-            return Status(STANDSTILL, 'stopped', Stop('planning', 'first decision due'))
-        if not self.plan.safe:
-            return Status(STANDSTILL, 'stopped', Stop(
-                'blocked', 'every action is predicted to collide'))
-        return Status(self.plan.command, 'waiting' if self.plan.waits else 'driving', None)
+        elif self.plan is None:
+            stop = Stop('planning', 'first decision due')
+        else:
+            stop = self.plan.stop
+        if stop is None:
+            period = self.loop.period
+            observation = self.observe(now, self._driver.reach(period))
+            command = self._driver.follow(self.plan, observation, now, period)
+            if command is not None:
+                return Status(command, 'waiting' if self.plan.waits else 'driving', None)
+            stop = Stop('braking', 'something has come too close to drive on')
+            self.plan, self._due = replace(self.plan, stop=stop), -np.inf
+        return Status(self._driver.halt(now), 'stopped', stop)
 
     def _start_over(self):
         """Forget what a clock set back has made wrong, the goal included."""
         self.localisation.forget()
         for feed in self.feeds.values():
             feed.forget()
-        self.tracks = self.plan = self._goal = None
-        self._ended = Stop('clock_jumped', 'the clock was set back: send the goal again')
+        self._driver.forget()
+        self.tracks = self.plan = None
+        self.guide.end(Stop('clock_jumped', 'the clock was set back: send the goal again'))
         self._due = -np.inf
+
+    def _doubt_jumps(self):
+        """Drop the goal when a new pose in the map moved the robot too far to be true."""
+        jump = self.localisation.take_jump()
+        if jump > self.settings.localisation_jump and self.guide.goal is not None:
+            self.guide.end(Stop(
+                'localisation_jumped', f'localisation: the pose in the map jumped by {jump:.2f} m '
+                f'(limit {self.settings.localisation_jump:g} m): send the goal again'))
 
     def _obstacle_to_driving(self, now, steady):
         """Return the first Stop that applies, or None."""
-        fault = self.clock.fault(steady)
+        fault = self.clock.fault(steady) or self.map_fault
         for feed in self.feeds.values():
             fault = fault or feed.fault(now)
         if fault is None:
             fault = self._localisation_fault(now)
-        if fault is None and self._goal is None:
-            fault = self._ended
-        if fault is None and self.localisation.frame_in_state(self._goal[1]) is None:
-            fault = Stop('localisation_missing', f'localisation: no pose in {self._goal[1]}')
+        if fault is None and self.guide.goal is None:
+            fault = self.guide.ended
+        if fault is None and self.guide.goal_in_state(self.localisation) is None:
+            fault = Stop('localisation_missing', f'localisation: no pose in {self.guide.goal[1]}')
         return fault
 
     def _localisation_fault(self, now):
@@ -206,12 +213,9 @@ class Navigator:
                         f'{self.settings.localisation_timeout:g} s)')
         return None
 
-    def _goal_in_state(self):
-        position, frame = self._goal
-        return to_parent(self.localisation.frame_in_state(frame), position)
-
     def _arrived(self):
-        gap = self._goal_in_state() - self.localisation.newest()[:2]
+        place = self.localisation
+        gap = self.guide.goal_in_state(place) - place.newest()[:2]
         return np.hypot(*gap) < self.settings.goal_tolerance
 
     def _walls_in_odom(self):
@@ -221,33 +225,19 @@ class Navigator:
         return replace(self.walls, pose=compose(invert(place.map_from_odom), self.walls.pose))
 
     def _decide_when_due(self, stamp, now):
-        step = self._lookahead.rule.time_step
-        if self._goal is None or stamp < self._due:
+        step = self._driver.time_step
+        if self.guide.goal is None or stamp < self._due:
             return
         # Counted from the last due time, so that decisions keep their rate at any scan rate.
         self._due = (self._due if stamp - self._due < step else stamp) + step
-        if self.localisation.frame_in_state(self._goal[1]) is None or not self.feeds['scan'].count:
+        unknown = self.guide.goal_in_state(self.localisation) is None
+        if unknown or not self.feeds['scan'].count:
             return
-        observation = self.observe(now)
-        self.plan = self._choose(observation, stamp)
+        self.plan = self._driver.decide(
+            self.observe(now), stamp, self.localisation.state_frame, now)
 
-    def _choose(self, observation, stamp):
-        """Return the Plan of the best action that the base can still stop after."""
-        lookahead, robot = self._lookahead, observation.robot
-        decision = lookahead.decide(observation)
-        commands = lookahead.actions.commands(robot.preferred_speed)
-        allowed = stoppable(observation, commands, lookahead.rule.time_step, self.settings.base)
-        scores = np.where(allowed, decision.scores, -np.inf)
-        action = int(scores.argmax()) if np.isfinite(scores).any() else STOP
-        path = decision.path
-        if action != decision.action:
-            path = np.stack((robot.pose, drive_unicycle(
-                robot.pose, *commands[action], lookahead.rule.time_step)))
-        return Plan(stamp, commands[action], bool(np.isfinite(scores).any()), action == STOP, path,
-                    robot.goal, self.localisation.state_frame)
-
-    def observe(self, now):
-        """Return the Observation at `now`, all of it carried forward to that moment."""
+    def observe(self, now, reach=REACH):
+        """Return the Observation at `now`, carried forward to it; surfaces only within `reach`."""
         place, settings = self.localisation, self.settings
         walls = self.walls if place.state_frame == MAP else None
         last = self.feeds['odometry'].stamp
@@ -258,9 +248,9 @@ class Navigator:
             to_parent(place.odom_in_state, self._laser[:2]))
         ahead = _ahead(now - tracks.stamp)
         agents = Agents.of(seen.position + ahead * seen.velocity, seen.velocity, seen.radius)
-        robot = Robot(pose, place.velocity, self._goal_in_state(), np.float64(settings.radius),
-                      np.float64(settings.preferred_speed))
-        return Observation(robot, agents, add_surfaces(points, walls, pose[:2]))
+        robot = Robot(pose, place.velocity, self.guide.goal_in_state(place),
+                      np.float64(settings.radius), np.float64(self._driver.speed))
+        return Observation(robot, agents, add_surfaces(points, walls, pose[:2], reach))
 
 
 def _ahead(age):

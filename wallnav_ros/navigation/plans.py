@@ -21,7 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wallnav_ros.navigation.stopping import BaseLimits
+from wallnav_ros.navigation.base import BaseLimits
 from wallnav_ros.navigation.watchdogs import Stop
 
 
@@ -31,8 +31,10 @@ class NavigatorSettings:
     The robot and what it waits for.
 
     radius, goal_tolerance: m. preferred_speed: m/s. scan_timeout, odom_timeout,
-    tracks_timeout, localisation_timeout: s. tracks_given: tracks come from another process
-    instead of the tracker in this one. base: what the base can do.
+    tracks_timeout, localisation_timeout: s. localisation_jump: m that a new pose in the map may
+    move the robot by without making it doubt where it is. control_period: s between two commands.
+    tracks_given: tracks come from another process instead of the tracker in this one.
+    base: what the base can do.
     """
 
     radius: float = 0.2
@@ -42,6 +44,8 @@ class NavigatorSettings:
     odom_timeout: float = 0.4
     tracks_timeout: float = 0.4
     localisation_timeout: float = 2.0
+    localisation_jump: float = 0.5
+    control_period: float = 0.05
     tracks_given: bool = False
     base: BaseLimits = BaseLimits()
 
@@ -51,14 +55,14 @@ class Plan:
     """
     A decision and what it was taken on.
 
-    stamp: seconds, of the scan. command: (2,) m/s and rad/s. safe: False when every action is
-    predicted to collide. waits: the policy chose to stand. path: (K, 3) poses predicted, and
-    goal: (2,), in `frame`.
+    stamp: seconds, of the scan. command: (2,) m/s and rad/s. stop: the Stop that holds instead
+    of it, such as when every action is predicted to collide, or None. waits: the policy chose to
+    stand. path: (K, 3) poses predicted, and goal: (2,), in `frame`.
     """
 
     stamp: float
     command: np.ndarray
-    safe: bool
+    stop: Stop | None
     waits: bool
     path: np.ndarray
     goal: np.ndarray

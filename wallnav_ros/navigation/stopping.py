@@ -12,75 +12,104 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Which actions a base with inertia can still stop after, clear of everything that is known.
+Which commands a base with inertia can still stop after, clear of everything that is known.
 
 Stopping trajectories as in the dynamic window approach (Fox, Burgard and Thrun 1997).
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from wallnav_ros.world.geometry import drive_unicycle
-
 STEP = 0.05            # s between two moments that are checked
-MOVING = 1e-3          # m/s and rad/s, below which the base counts as standing
+MOVING = 1e-3          # m/s, below which the base counts as standing
+TOLERANCE = 1e-3       # m by which a robot that is too close may come closer still
 
 
-@dataclass(frozen=True)
-class BaseLimits:
+def stoppable(observation, commands, hold, limits, in_effect=None):
     """
-    What the base can do, and how late it does it.
+    Return which of `commands` (..., A, 2) the robot may be given for `hold` s: (..., A) bool.
 
-    acceleration, turn_acceleration: m/s^2 and rad/s^2, of speeding up and of braking alike.
-    latency: s from what the sensors saw until a command takes effect.
-    clearance: m kept from everything, on top of the radius.
-    """
+    observation: an Observation, its parts with the leading axes (...) and one common field.
+    in_effect: (..., K, 2), the commands that the base follows until a new one takes effect, one
+    for each STEP of `limits.latency`; None: it keeps its velocity as long.
 
-    acceleration: float = 2.5
-    turn_acceleration: float = 5.0
-    latency: float = 0.1
-    clearance: float = 0.03
-
-
-def stoppable(observation, commands, duration, limits):
-    """
-    Return which of `commands` (A, 2) the robot may be given for `duration` s: (A,) bool.
-
-    After `limits.latency` at its present velocity the robot turns to the command as fast as its
-    base can, holds it and then brakes. On all that way it must keep the clearance to walls, and
-    to agents that keep their velocity; a robot that is closer already must not come closer.
-    What an agent does to a robot that stands is not the robot's doing.
+    After the latency the base turns to the command as fast as `limits` (BaseLimits) say, holds
+    it and then brakes. On all that way the robot must keep the clearance to walls, and to agents
+    that keep their velocity; a robot that is closer already must not come closer. What an agent
+    does to a robot that stands is not the robot's doing.
     """
     robot, agents = observation.robot, observation.agents
-    positions, moves = _stopping_paths(robot, commands, duration, limits)
-    now = robot.position[None]
-    least = min(limits.clearance, float(observation.walls.at(now)[0] - robot.radius) - 1e-3)
-    allowed = (observation.walls.at(positions) - robot.radius >= least).all(axis=0)
-    if agents.radius.size:
-        times = STEP * np.arange(1, len(positions) + 1)
-        there = agents.position + times[:, None, None] * agents.velocity
-        reach = agents.radius + robot.radius
-        gaps = np.linalg.norm(positions[:, :, None] - there[:, None], axis=-1) - reach
-        present = np.linalg.norm(now - agents.position, axis=-1) - reach
-        least = np.minimum(limits.clearance, present - 1e-3)
-        allowed &= ((gaps >= least).all(axis=-1) | ~moves).all(axis=0)
+    positions, moves = _stopping_paths(robot, commands, hold, limits, in_effect)
+    radius, now = robot.radius[..., None, None], robot.position[..., None, None, :]
+    present = observation.walls.at(now) - radius
+    least = np.minimum(limits.clearance, present - TOLERANCE)
+    allowed = (observation.walls.at(positions) - radius >= least).all(axis=-1)
+    if agents.radius.shape[-1]:
+        times = STEP * np.arange(1, positions.shape[-2] + 1)[:, None, None]
+        crowd = agents.position[..., None, None, :, :]
+        there = crowd + times * agents.velocity[..., None, None, :, :]
+        reach = (agents.radius + robot.radius[..., None])[..., None, None, :]
+        present = _distance(now[..., None, :], crowd) - reach
+        least = np.minimum(limits.clearance, present - TOLERANCE)
+        far = _distance(positions[..., None, :], there) - reach >= least
+        far |= ~agents.present[..., None, None, :]
+        allowed &= (far.all(axis=-1) | ~moves).all(axis=-1)
     return allowed
 
 
-def _stopping_paths(robot, commands, duration, limits):
-    """Return positions (S, A, 2) at every STEP until all stand, and whether each moves (S, A)."""
-    change = np.array([limits.acceleration, limits.turn_acceleration]) * STEP
-    velocity = np.broadcast_to(np.asarray(robot.velocity, dtype=float), commands.shape)
-    pose = np.broadcast_to(robot.pose, (len(commands), 3))
-    brakes_at = limits.latency + duration
-    elapsed, positions, moves = 0.0, [], []
-    while elapsed < brakes_at - 1e-9 or np.abs(velocity).max() > MOVING:
-        if elapsed >= limits.latency - 1e-9:
-            wanted = commands if elapsed < brakes_at - 1e-9 else 0.0
-            velocity = velocity + np.clip(wanted - velocity, -change, change)
-        pose = drive_unicycle(pose, velocity[:, 0], velocity[:, 1], STEP)
-        positions.append(pose[:, :2])
-        moves.append((np.abs(velocity) > MOVING).any(axis=1))
-        elapsed += STEP
-    return np.stack(positions), np.stack(moves)
+def _distance(first, second):
+    offset = first - second
+    return np.hypot(offset[..., 0], offset[..., 1])
+
+
+def stopping_distance(speed, hold, limits):
+    """Return the metres that a base at `speed` m/s needs to stop after a command held `hold` s."""
+    return speed * (limits.latency + hold) + 0.5 * speed ** 2 / limits.acceleration
+
+
+def steps_of(duration):
+    """Return how many whole STEPs it takes to cover `duration` s."""
+    # Seconds since 1970 are known to a quarter of a microsecond only.
+    return int(np.ceil(duration / STEP - 1e-3))
+
+
+def _stopping_paths(robot, commands, hold, limits, in_effect):
+    """Return positions (..., A, S, 2) after every STEP, and whether each moves (..., A, S)."""
+    start = np.asarray(robot.velocity, dtype=float)
+    if in_effect is None:
+        in_effect = np.broadcast_to(start[..., None, :],
+                                    (*start.shape[:-1], steps_of(limits.latency), 2))
+    before = [start[..., None, None, :]]
+    for number in range(in_effect.shape[-2]):
+        wanted = in_effect[..., None, None, number, :]
+        before.append(_approach(before[-1], wanted, limits.rates * STEP))
+    late = np.concatenate(before, axis=-2)
+    late = np.broadcast_to(late, (*commands.shape[:-1], *late.shape[-2:]))
+    held = _approach(late[..., -1:, :], commands[..., None, :], _changes(limits, steps_of(hold)))
+    brakes = np.abs(held[..., -1, :]) / limits.rates
+    stops = _approach(held[..., -1:, :], 0.0, _changes(limits, steps_of(brakes.max())))
+    velocity = np.concatenate((late, held, stops), axis=-2)
+    return _integrate(robot.pose, velocity), _either(np.abs(velocity[..., 0]) > MOVING)
+
+
+def _changes(limits, count):
+    """Return by how much the base can change its velocity within 1 to `count` steps (S, 2)."""
+    return limits.rates * STEP * np.arange(1, count + 1)[:, None]
+
+
+def _approach(velocity, wanted, change):
+    return velocity + np.clip(wanted - velocity, -change, change)
+
+
+def _either(flags):
+    return flags[..., 1:] | flags[..., :-1]
+
+
+def _integrate(pose, velocity):
+    """Return positions (..., A, S, 2) of driving through `velocity` (..., A, S + 1, 2)."""
+    # The mean of both ends of a step is exact while the velocity changes at a constant rate.
+    mean = 0.5 * (velocity[..., 1:, :] + velocity[..., :-1, :])
+    turn = STEP * mean[..., 1]
+    heading = pose[..., None, None, 2] + np.cumsum(turn, axis=-1) - 0.5 * turn
+    chord = STEP * mean[..., 0] * np.sinc(turn / (2.0 * np.pi))
+    moved = np.stack((chord * np.cos(heading), chord * np.sin(heading)), axis=-1)
+    return pose[..., None, None, :2] + np.cumsum(moved, axis=-2)

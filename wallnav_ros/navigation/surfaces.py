@@ -20,6 +20,7 @@ all the walls there are. Distances by Euclidean distance transform (Felzenszwalb
 
 import cv2
 import numpy as np
+from scipy.spatial.distance import cdist
 
 from wallnav_ros.world.distance_field import DistanceField
 from wallnav_ros.world.geometry import to_child, to_parent, wrap_angle
@@ -50,7 +51,7 @@ def assign_points(points, agents, walls, eye):
         points = points[walls.at(points) > WALL_MARGIN]
     if not len(points) or not agents.radius.size:
         return agents, points
-    gap = np.linalg.norm(points[:, None] - agents.position, axis=2) - agents.radius
+    gap = cdist(points, agents.position) - agents.radius
     nearest = gap.argmin(axis=1)
     taken = gap[np.arange(len(points)), nearest] <= TRACK_MARGIN
     return _grow(agents, nearest[taken], points[taken] - eye, eye), points[~taken]
@@ -86,17 +87,17 @@ def _grow(agents, owner, rays, eye):
                      np.where(grown, radius, agents.radius))
 
 
-def add_surfaces(points, walls, centre):
+def add_surfaces(points, walls, centre, reach=REACH):
     """
     Return the DistanceField of `points` (K, 2) and `walls` (DistanceField or None) together.
 
-    It covers REACH metres around `centre` (2,); where there is nothing to add, `walls` itself.
+    It covers `reach` metres around `centre` (2,); where there is nothing to add, `walls` itself.
     """
-    points = points[(np.abs(points - centre) < REACH).all(axis=1)]
+    points = points[(np.abs(points - centre) < reach).all(axis=1)]
     if not len(points):
         return DistanceField.empty() if walls is None else walls
-    size = int(2 * REACH / RESOLUTION) + 1
-    corner = np.asarray(centre, dtype=float) - REACH
+    size = int(2 * reach / RESOLUTION) + 1
+    corner = np.asarray(centre, dtype=float) - reach
     free = np.ones((size, size), np.uint8)
     column, row = np.rint((points - corner) / RESOLUTION).astype(np.intp).T
     free[row, column] = 0

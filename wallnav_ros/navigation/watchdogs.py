@@ -14,14 +14,17 @@
 """
 Whether what the robot knows is fresh enough to move on it.
 
-Every input has a timeout on its age by stamp and by receipt; the clock itself is watched.
+Every input has a timeout on its age by stamp and by receipt; the clock itself is watched, and
+so is the control loop.
 """
 
+from collections import deque
 from dataclasses import dataclass
 
 CLOCK_STEP_BACK = 0.1      # s; less is two messages of /clock out of order
 CLOCK_STANDSTILL = 0.5     # s of wall time without the clock moving
 AHEAD = 0.5                # s a stamp may be ahead of the clock
+STARVED = 0.5              # s without a control step; a base stops by itself after about as long
 
 
 @dataclass(frozen=True)
@@ -40,10 +43,10 @@ class Feed:
     """
     Watches one input.
 
-    count: messages used so far. rate: messages a second, smoothed.
+    timeout: s that it may be old. count: messages used so far. rate: messages a second, smoothed.
     """
 
-    def __init__(self, name, timeout):
+    def __init__(self, name, timeout=0.4):
         self.name, self.timeout = name, timeout
         self.count, self.rate = 0, 0.0
         self.forget()
@@ -114,3 +117,29 @@ class ClockWatch:
         if steady - self._moved > CLOCK_STANDSTILL:
             return Stop('clock_stopped', f'clock: stands still for {steady - self._moved:.2f} s')
         return None
+
+
+class LoopWatch:
+    """
+    Notices control steps that come late, in seconds of a steady clock.
+
+    period: s that lie between two steps at most, of late. overruns: steps that came later than
+    twice the period asked for. longest: s, the longest that one took.
+    """
+
+    def __init__(self, period):
+        self.asked = self.period = period
+        self.overruns, self.longest = 0, 0.0
+        self._last, self._recent = None, deque(maxlen=5)
+
+    def step(self, steady):
+        """Note a step at `steady`; returns the Stop it calls for, or None."""
+        gap = 0.0 if self._last is None else steady - self._last
+        self._last = steady
+        self._recent.append(min(gap, STARVED))
+        self.period = max(self.asked, *self._recent)
+        self.longest = max(self.longest, gap)
+        self.overruns += gap > 2.0 * self.asked
+        if gap <= STARVED:
+            return None
+        return Stop('overrun', f'control: no step for {gap:.2f} s; does the machine keep up?')

@@ -46,11 +46,12 @@ class Latencies:
         return {f'{name}_ms_p50': round(float(p50), 2), f'{name}_ms_p99': round(float(p99), 2)}
 
 
-def navigation_status(name, navigator, status, now, latencies):
+def navigation_status(name, navigator, status, now, latencies, faults):
     """
     Return the DiagnosticStatus of a Navigator whose last Status is `status`.
 
-    latencies: {name: Latencies}. Keys: state, cause, then feeds, localisation and rejections.
+    latencies: {name: Latencies}. faults: {key: text} of what keeps others from hearing us or us
+    from hearing them. Keys: state, cause, then feeds, localisation and rejections.
     """
     stop = status.stop
     values = {'state': status.state, 'cause': stop.cause if stop else ''}
@@ -65,11 +66,14 @@ def navigation_status(name, navigator, status, now, latencies):
     values['tracks'] = 0 if navigator.tracks is None else len(navigator.tracks)
     values['walls'] = 'none' if navigator.walls is None else 'from the map'
     values['clock_jumps'] = navigator.clock.jumps
+    values['overruns'] = navigator.loop.overruns
+    values['longest_step_ms'] = f'{1e3 * navigator.loop.longest:.1f}'
     for key, latency in latencies.items():
         values.update(latency.values(key))
     values['rejected'] = sum(navigator.rejected.values())
     values.update({f'rejected {reason}': count for reason, count in navigator.rejected.items()})
-    level = (DiagnosticStatus.OK if stop is None or stop.cause in EXPECTED
-             else DiagnosticStatus.WARN)
-    return diagnostic_status(name, 'wallnav_ros', level,
-                             stop.detail if stop else status.state, values)
+    values.update(faults)
+    expected = stop is None or stop.cause in EXPECTED
+    level = DiagnosticStatus.OK if expected and not faults else DiagnosticStatus.WARN
+    message = '; '.join((stop.detail if stop else status.state, *faults.values()))
+    return diagnostic_status(name, 'wallnav_ros', level, message, values)

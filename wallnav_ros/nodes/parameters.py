@@ -24,16 +24,20 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 
 
-def declare(node, name, default, description, limits=None, choices=None):
+def declare(node, name, default, description, limits=None, choices=None, live=False):
     """
-    Declare a parameter of `node`, fixed while it runs, and return its value.
+    Declare a parameter of `node` and return its value.
 
-    limits: (low, high), inclusive, for numbers. choices: the strings allowed.
-    Raises ValueError (one line: parameter, value, what is allowed).
+    limits: (low, high), inclusive, for numbers. choices: the strings allowed. live: whether it
+    may change while the node runs. Raises ValueError (one line: parameter, value, what is
+    allowed).
     """
-    descriptor = ParameterDescriptor(description=description, read_only=True)
+    descriptor = ParameterDescriptor(
+        description=description, read_only=not live,
+        additional_constraints='' if live else 'fixed while the node runs: restart it to change')
     if choices is not None:
-        descriptor.additional_constraints = f'one of {", ".join(choices)}'
+        descriptor.additional_constraints = '; '.join(filter(None, (
+            f'one of {", ".join(choices)}', descriptor.additional_constraints)))
     if limits is not None and isinstance(default, float):
         descriptor.floating_point_range = [
             FloatingPointRange(from_value=float(limits[0]), to_value=float(limits[1]))]

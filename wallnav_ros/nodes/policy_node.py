@@ -29,7 +29,6 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from sensor_msgs.msg import LaserScan, PointCloud2
 from std_msgs.msg import Header
-from visualization_msgs.msg import Marker, MarkerArray
 
 from wallnav_ros.mapping.distance_field import distance_field
 from wallnav_ros.mapping.occupancy_map import load_map
@@ -39,10 +38,11 @@ from wallnav_ros.navigation.plans import Status
 from wallnav_ros.navigation.watchdogs import Stop
 from wallnav_ros.nodes import conversions as convert
 from wallnav_ros.nodes.health import Latencies, navigation_status
-from wallnav_ros.nodes.markers import plan_markers, track_markers
-from wallnav_ros.nodes.policy_parameters import declare_options, make_navigator
+from wallnav_ros.nodes.policy_display import Display
+from wallnav_ros.nodes.policy_parameters import (
+    declare_options, follow_changes, make_navigator)
 from wallnav_ros.nodes.runner import run
-from wallnav_ros.nodes.topics import advertise, LATCHED, RELIABLE, SENSOR, subscribe
+from wallnav_ros.nodes.topics import advertise, LATCHED, RELIABLE, SENSOR, subscribe, unheard_kind
 from wallnav_ros.nodes.transforms import find_frames
 
 DIAGNOSTICS_PERIOD = 1.0      # s, also published whenever the reason for standing changes
@@ -56,18 +56,21 @@ class PolicyNode(Node):
         """Load and check everything, then subscribe; raises ValueError or OSError before that."""
         super().__init__('policy_node')
         self.options = declare_options(self)
-        self.navigator = make_navigator(self)
+        self.navigator = make_navigator(self, self.options.control_rate)
         self._status = Status(np.zeros(2), 'stopped', Stop('no_goal', 'no goal'))
         self._latencies = {'scan_to_command': Latencies(), 'processing': Latencies()}
+        self._faults, self._unheard = {}, None
         self._advertise()
         if self.options.map:
             self._use_map(load_map(self.options.map))
         self._frames = find_frames(self)
         self._subscribe()
+        follow_changes(self, self.navigator)
         # A steady clock: a ROS clock that stands still would silence the watchdogs too.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0 / self.options.control_rate, self._step, clock=steady)
-        self.create_timer(DIAGNOSTICS_PERIOD, self._report, clock=steady)
+        self.create_timer(DIAGNOSTICS_PERIOD, self._check_up, clock=steady)
+        self._display.start()
 
     def close(self):
         """Leave the robot standing: a zero command is delivered before the node goes."""
@@ -78,24 +81,24 @@ class PolicyNode(Node):
 
     def _advertise(self):
         kind = TwistStamped if self.options.stamped else Twist
-        self._command_publisher = advertise(self, kind, 'cmd_vel', RELIABLE)
-        self._decision_publisher = advertise(self, TwistStamped, 'decision', RELIABLE)
-        self._marker_publisher = advertise(self, MarkerArray, 'markers', RELIABLE)
-        self._wall_publisher = advertise(self, Marker, 'walls', LATCHED)
-        self._diagnostics_publisher = advertise(self, DiagnosticArray, 'diagnostics', RELIABLE)
-        self._tracks_publisher = (
-            None if self.navigator.settings.tracks_given
-            else advertise(self, PointCloud2, 'tracks', RELIABLE))
+        self._command_publisher = self._open(advertise, kind, 'cmd_vel', RELIABLE)
+        self._decision_publisher = self._open(advertise, TwistStamped, 'decision', RELIABLE)
+        self._diagnostics_publisher = self._open(
+            advertise, DiagnosticArray, 'diagnostics', RELIABLE)
+        self._display = Display(self, self.navigator, self._faults)
 
     def _subscribe(self):
-        subscribe(self, LaserScan, 'scan', self._take_scan, SENSOR)
-        subscribe(self, Odometry, 'odom', self._take_odometry, SENSOR)
-        subscribe(self, PoseWithCovarianceStamped, 'amcl_pose', self._take_fix, LATCHED)
-        subscribe(self, PoseStamped, 'goal_pose', self._take_goal, RELIABLE)
+        self._open(subscribe, LaserScan, 'scan', self._take_scan, SENSOR)
+        self._open(subscribe, Odometry, 'odom', self._take_odometry, SENSOR)
+        self._open(subscribe, PoseWithCovarianceStamped, 'amcl_pose', self._take_fix, LATCHED)
+        self._open(subscribe, PoseStamped, 'goal_pose', self._take_goal, RELIABLE)
         if self.navigator.settings.tracks_given:
-            subscribe(self, PointCloud2, 'tracks', self._take_tracks, RELIABLE)
+            self._open(subscribe, PointCloud2, 'tracks', self._take_tracks, RELIABLE)
         if not self.options.map:
-            subscribe(self, OccupancyGrid, 'map', self._take_map, LATCHED)
+            self._open(subscribe, OccupancyGrid, 'map', self._take_map, LATCHED)
+
+    def _open(self, function, *arguments):
+        return function(self, *arguments, faults=self._faults)
 
     def _now(self):
         return self.get_clock().now().nanoseconds * 1e-9
@@ -125,8 +128,8 @@ class PolicyNode(Node):
         before = self.navigator.plan
         used = self.navigator.take_scan(scan, self._now())
         self._act_on_new_plan(before, received)
-        if used and self._tracks_publisher is not None:
-            self._show_tracks()
+        if used:
+            self._display.show_tracks()
 
     def _take_tracks(self, message):
         received = monotonic()
@@ -173,11 +176,13 @@ class PolicyNode(Node):
     def _use_map(self, occupancy_map):
         """Take an OccupancyMap's walls; raises ValueError where they cannot be used."""
         walls = extract_walls(occupancy_map, min_size=self.options.wall_min_size).walls
-        self.navigator.set_walls(distance_field(walls))
+        self.navigator.set_walls(distance_field(walls) if len(walls) else None)
+        self.navigator.map_fault = None if len(walls) else Stop(
+            'walls_empty', 'map: there is no wall in it; give another one')
         for warning in occupancy_map.warnings:
             self.get_logger().warning(warning)
         self.get_logger().info(f'map with {len(walls)} wall segments')
-        self._wall_publisher.publish(convert.walls_marker(walls, MAP, self._now()))
+        self._display.show_walls(walls)
 
     def _look_up_mount(self, laser_frame):
         found = self._frames.pose(self.navigator.localisation.base_frame, laser_frame)
@@ -195,7 +200,7 @@ class PolicyNode(Node):
         plan = self.navigator.plan
         if plan is None or plan is before:
             return
-        self._step()
+        status = self._command_next()
         decision = TwistStamped(header=Header(
             stamp=convert.time_message(plan.stamp),
             frame_id=self.navigator.localisation.base_frame))
@@ -203,14 +208,20 @@ class PolicyNode(Node):
         self._decision_publisher.publish(decision)
         self._latencies['processing'].add(monotonic() - received)
         self._latencies['scan_to_command'].add(self._now() - plan.stamp)
-        if self._marker_publisher.get_subscription_count():
-            self._show_plan()
+        self._tell_changes(status)
 
     def _step(self):
-        """Command the robot, and report at once when the reason for standing changes."""
+        self._tell_changes(self._command_next())
+
+    def _command_next(self):
+        """Command what the navigator says now; returns the Status before."""
         before = self._status
-        self._status = self.navigator.update(self._now(), monotonic())
+        self._status = self._display.status = self.navigator.update(self._now(), monotonic())
         self._command()
+        return before
+
+    def _tell_changes(self, before):
+        """Log and report at once when the reason for standing is not that of Status `before`."""
         old, new = (status.stop.cause if status.stop else '' for status in (before, self._status))
         if old != new and new != 'planning':
             if new:
@@ -218,7 +229,6 @@ class PolicyNode(Node):
             else:
                 self.get_logger().info('driving')
             self._report()
-            self._show_plan()
 
     def _command(self):
         message = convert.twist_message(self._status.command)
@@ -228,27 +238,26 @@ class PolicyNode(Node):
             message = TwistStamped(header=header, twist=message)
         self._command_publisher.publish(message)
 
+    def _check_up(self):
+        """Look for what keeps the base from hearing the commands, and report."""
+        other = Twist if self.options.stamped else TwistStamped
+        unheard = unheard_kind(self, self._command_publisher, {
+            other: f'set enable_stamped_cmd_vel to {str(not self.options.stamped).lower()}'})
+        if unheard is not None and 'cmd_vel' not in self._faults:
+            self.get_logger().warning(unheard)
+        if unheard is not None:
+            self._faults['cmd_vel'] = unheard
+        elif self._unheard is not None:
+            self._faults.pop('cmd_vel', None)
+        self._unheard = unheard
+        self._report()
+
     def _report(self):
         message = DiagnosticArray(header=Header(stamp=self.get_clock().now().to_msg()))
         message.status = [navigation_status(
             self.get_fully_qualified_name(), self.navigator, self._status, self._now(),
-            self._latencies)]
+            self._latencies, {f'fault {topic}': text for topic, text in self._faults.items()})]
         self._diagnostics_publisher.publish(message)
-
-    def _show_tracks(self):
-        frame = self.navigator.localisation.odom_frame
-        if self._tracks_publisher.get_subscription_count():
-            self._tracks_publisher.publish(
-                convert.tracks_message(self.navigator.tracks, frame))
-        if self._marker_publisher.get_subscription_count():
-            self._marker_publisher.publish(track_markers(self.navigator.tracks, frame))
-
-    def _show_plan(self):
-        place = self.navigator.localisation
-        if place.newest() is not None:
-            self._marker_publisher.publish(plan_markers(
-                self.navigator.plan, self._status, place.newest(), place.state_frame,
-                self._now()))
 
 
 def main(args=None):

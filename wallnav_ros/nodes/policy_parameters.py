@@ -17,18 +17,59 @@ The parameters of policy_node, and the Navigator they make.
 params/wallnav.yaml lists them; docs/nodes.md explains them.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+import math
 
+from rcl_interfaces.msg import SetParametersResult
 from wallnav_ros.navigation.localisation import Localisation
 from wallnav_ros.navigation.navigator import Navigator
 from wallnav_ros.navigation.plans import NavigatorSettings
-from wallnav_ros.navigation.stopping import BaseLimits
 from wallnav_ros.nodes.parameters import declare, declare_pose, declare_settings
 from wallnav_ros.perception.settings import TrackerSettings
 from wallnav_ros.perception.tracking import Tracker
 from wallnav_ros.policy.lookahead import Lookahead
 from wallnav_ros.policy.value_function import load_value_function
 from wallnav_ros.world.files import find_asset
+
+
+@dataclass(frozen=True)
+class Setting:
+    """
+    A parameter that is a field of NavigatorSettings, or of its `base`.
+
+    live: it may change while the robot drives, being read anew for every command.
+    """
+
+    name: str
+    field: str
+    description: str
+    limits: tuple | None
+    live: bool = True
+
+
+SETTINGS = (
+    Setting('robot_radius', 'radius', 'm, of the circle around all of it', (0.01, 5.0), False),
+    Setting('preferred_speed', 'preferred_speed', 'm/s where nothing is in the way', (0.01, 5.0)),
+    Setting('goal_tolerance', 'goal_tolerance', 'm from the goal that count as there',
+            (0.01, 5.0)),
+    Setting('max_speed', 'base.max_speed', 'm/s', (0.01, 5.0)),
+    Setting('max_turn_rate', 'base.max_turn_rate', 'rad/s', (0.01, 10.0)),
+    Setting('min_turn_rate', 'base.min_turn_rate', 'rad/s, below which the base does not turn',
+            (0.0, 10.0)),
+    Setting('acceleration', 'base.acceleration', 'm/s^2, of speeding up and braking',
+            (0.05, 100.0), False),
+    Setting('turn_acceleration', 'base.turn_acceleration', 'rad/s^2', (0.05, 100.0), False),
+    Setting('latency', 'base.latency', 's until a command takes effect', (0.0, 1.0), False),
+    Setting('clearance', 'base.clearance', 'm kept from everything', (0.0, 1.0)),
+    Setting('allow_reverse', 'base.reverse', 'back off where every way ahead is blocked', None),
+    Setting('scan_timeout', 'scan_timeout', 's', (0.05, 10.0)),
+    Setting('odom_timeout', 'odom_timeout', 's', (0.05, 10.0)),
+    Setting('tracks_timeout', 'tracks_timeout', 's', (0.05, 10.0)),
+    Setting('localisation_timeout', 'localisation_timeout',
+            's without a pose in the map while driving', (0.1, 60.0)),
+    Setting('localisation_jump', 'localisation_jump',
+            'm that a new pose in the map may differ by', (0.01, 100.0)),
+)
 
 
 @dataclass(frozen=True)
@@ -52,26 +93,16 @@ def declare_options(node):
                               'm; smaller specks of the map are no walls', (0.0, 10.0)))
 
 
-def make_navigator(node):
+def make_navigator(node, control_rate):
     """Return the Navigator the parameters ask for; raises ValueError or OSError."""
-    defaults = NavigatorSettings()
     source = declare(node, 'tracks_source', 'scan',
                      'track the scan in this process, or take tracks from their topic',
                      choices=('scan', 'topic'))
-    settings = NavigatorSettings(
-        radius=declare(node, 'robot_radius', defaults.radius, 'm', (0.01, 5.0)),
-        preferred_speed=declare(node, 'preferred_speed', defaults.preferred_speed, 'm/s',
-                                (0.01, 5.0)),
-        goal_tolerance=declare(node, 'goal_tolerance', defaults.goal_tolerance,
-                               'm from the goal that count as there', (0.01, 5.0)),
-        scan_timeout=declare(node, 'scan_timeout', defaults.scan_timeout, 's', (0.05, 10.0)),
-        odom_timeout=declare(node, 'odom_timeout', defaults.odom_timeout, 's', (0.05, 10.0)),
-        tracks_timeout=declare(node, 'tracks_timeout', defaults.tracks_timeout, 's',
-                               (0.05, 10.0)),
-        localisation_timeout=declare(
-            node, 'localisation_timeout', defaults.localisation_timeout,
-            's without a pose in the map while driving', (0.1, 60.0)),
-        tracks_given=source == 'topic', base=_declare_base(node))
+    settings = NavigatorSettings(control_period=1.0 / control_rate, tracks_given=source == 'topic')
+    settings = with_values(settings, {
+        setting.field: declare(node, setting.name, _value(settings, setting.field),
+                               setting.description, setting.limits, live=setting.live)
+        for setting in SETTINGS})
     tracker = Tracker(declare_settings(node, 'tracker', TrackerSettings()))
     model = declare(node, 'model', 'wallnav', 'weight file, or name of a shipped one')
     lookahead = Lookahead.from_weights(load_value_function(find_asset('models', model, '.npz')))
@@ -86,14 +117,35 @@ def make_navigator(node):
     return navigator
 
 
-def _declare_base(node):
-    defaults = BaseLimits()
-    return BaseLimits(
-        acceleration=declare(node, 'acceleration', defaults.acceleration,
-                             'm/s^2, of speeding up and braking', (0.05, 50.0)),
-        turn_acceleration=declare(node, 'turn_acceleration', defaults.turn_acceleration,
-                                  'rad/s^2', (0.05, 100.0)),
-        latency=declare(node, 'latency', defaults.latency,
-                        's until a command takes effect', (0.0, 1.0)),
-        clearance=declare(node, 'clearance', defaults.clearance,
-                          'm kept from everything', (0.0, 1.0)))
+def follow_changes(node, navigator):
+    """Hand parameters that are set while `node` runs to its `navigator`."""
+    fields = {setting.name: setting.field for setting in SETTINGS if setting.live}
+
+    def check(parameters):
+        for parameter in parameters:
+            # NaN is within any limits that ROS checks.
+            if parameter.name in fields and not math.isfinite(parameter.value):
+                return SetParametersResult(
+                    successful=False, reason=f'{parameter.name}: not a finite number')
+        return SetParametersResult(successful=True)
+
+    def apply(parameters):
+        values = {fields[parameter.name]: parameter.value for parameter in parameters
+                  if parameter.name in fields}
+        if values:
+            navigator.set_settings(with_values(navigator.settings, values))
+
+    node.add_on_set_parameters_callback(check)
+    node.add_post_set_parameters_callback(apply)
+
+
+def with_values(settings, values):
+    """Return NavigatorSettings with `values`, {field or base.field: value}."""
+    base = {field[5:]: value for field, value in values.items() if field.startswith('base.')}
+    own = {field: value for field, value in values.items() if not field.startswith('base.')}
+    return replace(settings, base=replace(settings.base, **base), **own)
+
+
+def _value(settings, field):
+    return getattr(settings.base, field[5:]) if field.startswith('base.') else getattr(
+        settings, field)
