@@ -72,12 +72,16 @@ class DistanceField:
 
     def _look_up(self, x, y):
         height, width = self.distance.shape
-        x = np.clip(x, 0.0, width - 1.001)
-        y = np.clip(y, 0.0, height - 1.001)
+        x = np.minimum(np.maximum(x, 0.0), width - 1.001)
+        y = np.minimum(np.maximum(y, 0.0), height - 1.001)
         column, row = x.astype(np.intp), y.astype(np.intp)
-        x, y = x - column, y - row
-        flat, corner = self.distance.ravel(), row * width + column
-        low = flat[corner] + (flat[corner + 1] - flat[corner]) * x
-        corner = corner + width
-        high = flat[corner] + (flat[corner + 1] - flat[corner]) * x
+        x -= column
+        y -= row
+        corner = row * width
+        corner += column
+        flat = self.distance.ravel()
+        first, right, below, last = (
+            flat[shift:].take(corner) for shift in (0, 1, width, width + 1))
+        low = first + (right - first) * x
+        high = below + (last - below) * x
         return low + (high - low) * y
