@@ -157,7 +157,9 @@ def test_the_farthest_wall_counts_each_polygon_by_its_nearest_point():
     scenario = load_scenario('cross_path')
 
     # From (0, -4) the nearest points of the far blocks are their corners (+-2, 2).
-    assert scenario.farthest_wall(np.array([0.0, -4.0])) == pytest.approx(np.hypot(2.0, 6.0))
+    nearest, farthest = scenario.wall_distances(np.array([[0.0, -4.0], [0.5, 0.0]]))
+    assert nearest == pytest.approx([2.0, np.hypot(1.5, 2.0)])
+    assert farthest == pytest.approx([np.hypot(2.0, 6.0), np.hypot(2.5, 2.0)])
 
 
 def test_what_a_file_leaves_out_has_the_papers_defaults(write):
@@ -205,7 +207,7 @@ def test_walls_may_come_from_a_map_beside_the_file(write, tmp_path):
     assert scenario.walls.distance(points) == pytest.approx([2.0, 2.0, np.hypot(0.5, 0.5)],
                                                             abs=1e-6)
     # A map is one whole: its farthest wall is its nearest.
-    assert scenario.farthest_wall(points[0]) == pytest.approx(2.0)
+    assert scenario.wall_distances(points[:1])[1] == pytest.approx([2.0])
 
 
 def test_an_unknown_name_lists_the_shipped_scenarios():

@@ -67,12 +67,16 @@ class EpisodeBatch:
 
     def groups(self):
         """Yield (rows, DistanceField) of the running episodes that share a scenario."""
-        scenarios = {id(episode.scenario): episode.scenario for episode in self.episodes}
-        of_row = np.array([id(episode.scenario) for episode in self.episodes])
-        for key, scenario in scenarios.items():
-            rows = np.flatnonzero((of_row == key) & (self.outcome == RUNNING))
-            if len(rows):
-                yield rows, scenario.field
+        for rows, scenario in self._worlds():
+            yield rows, scenario.field
+
+    def _worlds(self):
+        """Yield (rows, Scenario) of the running episodes that share it."""
+        rows_of = {}
+        for row in np.flatnonzero(self.outcome == RUNNING).tolist():
+            rows_of.setdefault(id(self.episodes[row].scenario), []).append(row)
+        for rows in rows_of.values():
+            yield np.array(rows), self.episodes[rows[0]].scenario
 
     def robot(self, rows):
         """Return the Robot with leading axis (len(rows),)."""
@@ -133,28 +137,29 @@ class EpisodeBatch:
         reach = agents.radius + robot.radius[:, None]
         gap = np.where(agents.present, closest_approach(offset, relative) - reach, np.inf)
         agent_gap = gap.min(axis=1, initial=np.inf)
-        speed = np.linalg.norm(agents.velocity, axis=-1)
-        depth = np.linalg.norm(offset + relative, axis=-1) - warning_radius(speed) - agents.radius
+        speed = _norm(agents.velocity)
+        depth = _norm(offset + relative) - warning_radius(speed) - agents.radius
         depth = np.where(agents.present & (speed > 0.0), depth, np.inf)
         nearest, farthest = self._wall_distances(before.position, robot.position)
-        distance = np.linalg.norm(robot.goal - robot.position, axis=1)
-        came_from = np.linalg.norm(robot.goal - before.position, axis=1)
+        distance = _norm(robot.goal - robot.position)
+        came_from = _norm(robot.goal - before.position)
         wall_gap = nearest - robot.radius
         return StepFacts(
             reached=(distance < GOAL_TOLERANCE) & (agent_gap > 0.0) & (wall_gap > 0.0),
             agent_gap=agent_gap, progress=came_from - distance,
-            moved=np.linalg.norm(motion, axis=1), yielding=yielding, wall_gap=wall_gap,
+            moved=_norm(motion), yielding=yielding, wall_gap=wall_gap,
             farthest_wall=farthest, warning_depth=depth.min(axis=1, initial=np.inf))
 
     def _wall_distances(self, before, after):
         """Return the exact distances (B,) to the nearest wall on the way and to the farthest."""
         nearest, farthest = np.full(len(after), np.inf), np.zeros(len(after))
-        for row in np.flatnonzero(self.outcome == RUNNING):
-            walls = self.episodes[row].scenario.walls
-            if len(walls):
-                way = np.stack((after[row], 0.5 * (before[row] + after[row])))
-                nearest[row] = walls.distance(way).min()
-                farthest[row] = self.episodes[row].scenario.farthest_wall(after[row])
+        half_way = 0.5 * (before + after)
+        for rows, scenario in self._worlds():
+            if len(scenario.walls):
+                way = np.concatenate((after[rows], half_way[rows]))
+                near, far = scenario.wall_distances(way)
+                nearest[rows] = np.minimum(near[:len(rows)], near[len(rows):])
+                farthest[rows] = far[:len(rows)]
         return nearest, farthest
 
     def _settle(self, running, facts):
@@ -164,8 +169,14 @@ class EpisodeBatch:
                                       self.min_gap_agent)
         self.min_gap_wall = np.where(running, np.minimum(self.min_gap_wall, facts.wall_gap),
                                      self.min_gap_wall)
-        outcome = np.select(
-            [facts.agent_gap <= 0.0, facts.wall_gap <= 0.0, facts.reached,
-             self.time >= self._time_limit - 1e-9],
-            [COLLISION, WALL_COLLISION, GOAL, TIMEOUT], RUNNING)
+        # The last that applies counts: a collision before all.
+        outcome = np.where(self.time >= self._time_limit - 1e-9, TIMEOUT, RUNNING)
+        outcome[facts.reached] = GOAL
+        outcome[facts.wall_gap <= 0.0] = WALL_COLLISION
+        outcome[facts.agent_gap <= 0.0] = COLLISION
         self.outcome = np.where(running, outcome, self.outcome)
+
+
+def _norm(vectors):
+    """Return the lengths (...) of `vectors` (..., 2); np.linalg.norm in a third of its time."""
+    return np.sqrt(np.einsum('...i,...i->...', vectors, vectors))

@@ -68,6 +68,10 @@ class Crowd:
         add_walls(self._simulator, episode.scenario.walls)
         self.position = episode.start.copy()
         self.velocity = np.zeros_like(self.position)
+        # Whoever stands has a top speed of 0: its state never changes and is not read again.
+        self._walkers = np.flatnonzero(episode.speed > 0.0)
+        self._speed = episode.speed[self._walkers, None]
+        self._anyone_returns = bool(episode.returns.any())
 
     def agents(self):
         """Return all (N,) as they are now."""
@@ -79,25 +83,26 @@ class Crowd:
 
         A visible robot's position and velocity (2,), in metres and m/s, are needed each step.
         """
-        self._turn_round()
-        offset = self._goal - self.position
-        length = np.linalg.norm(offset, axis=1, keepdims=True)
+        if self._anyone_returns:
+            self._turn_round()
+        simulator, walkers = self._simulator, self._walkers.tolist()
+        offset = self._goal[walkers] - self.position[walkers]
+        length = np.sqrt(np.add.reduce(offset * offset, axis=1, keepdims=True))
         # Slow down for the last step, so that nobody oscillates about a goal.
-        speed = np.minimum(self.episode.speed[:, None], length / self.time_step)
+        speed = np.minimum(self._speed, length / self.time_step)
         preferred = offset / np.maximum(length, 1e-9) * speed
-        simulator = self._simulator
-        for number, velocity in enumerate(preferred.tolist()):
+        for number, velocity in zip(walkers, preferred.tolist()):
             simulator.set_agent_pref_velocity(number, tuple(velocity))
         if self.episode.scenario.visible:
             simulator.set_agent_position(self._count, tuple(map(float, robot_position)))
             simulator.set_agent_velocity(self._count, tuple(map(float, robot_velocity)))
             simulator.set_agent_pref_velocity(self._count, tuple(map(float, robot_velocity)))
         simulator.do_step()
-        for number in range(self._count):
-            position = simulator.get_agent_position(number)
-            velocity = simulator.get_agent_velocity(number)
-            self.position[number] = position.x, position.y
-            self.velocity[number] = velocity.x, velocity.y
+        if walkers:
+            self.position[walkers] = [simulator.get_agent_position(number).to_tuple()
+                                      for number in walkers]
+            self.velocity[walkers] = [simulator.get_agent_velocity(number).to_tuple()
+                                      for number in walkers]
         return self.agents()
 
     def _turn_round(self):

@@ -92,18 +92,19 @@ class Scenario:
                                 f'choose one of {", ".join(self.cases)}')
         return self.cases[case].get('static', 0), self.cases[case].get('dynamic', 0)
 
-    def farthest_wall(self, point):
+    def wall_distances(self, points):
         """
-        Return the distance in metres from `point` (2,) to the farthest wall.
+        Return how far (P,) the nearest and (P,) the farthest wall is from `points` (P, 2), in m.
 
-        Algorithm 2's d_max: each polygon counts by its nearest point. Walls from a map are
-        one whole, so there it exceeds its limit only where the robot has left the map.
+        The farthest is algorithm 2's d_max: each polygon counts by its nearest point. Walls from
+        a map are one whole, so there it exceeds its limit only where the robot has left the map.
         """
-        nearest = np.linalg.norm(
-            nearest_on_segments(point[None], self.walls.segments)[0] - point, axis=1)
+        gap = nearest_on_segments(points, self.walls.segments) - points[:, None]
+        distance = np.sqrt(np.einsum('...i,...i->...', gap, gap))
+        nearest = distance.min(axis=1)
         if not self.polygons:
-            return float(nearest.min())
-        return float(np.minimum.reduceat(nearest, self._polygon_starts).max())
+            return nearest, nearest
+        return nearest, np.minimum.reduceat(distance, self._polygon_starts, axis=1).max(axis=1)
 
     def route(self, radius):
         """Return the Route to the goal for a robot of `radius` m, or None: it fits nowhere."""

@@ -100,9 +100,10 @@ def nearest_on_segments(points, segments):
     """
     points = np.asarray(points, dtype=float)[:, None, :]
     start, along = segments[None, :, 0], (segments[:, 1] - segments[:, 0])[None]
-    squared = np.sum(along * along, axis=-1)
-    fraction = np.sum((points - start) * along, axis=-1) / np.where(squared > 0.0, squared, 1.0)
-    return start + np.clip(fraction, 0.0, 1.0)[..., None] * along
+    squared = np.einsum('...i,...i->...', along, along)
+    fraction = (np.einsum('...i,...i->...', points - start, along)
+                / np.where(squared > 0.0, squared, 1.0))
+    return start + np.minimum(np.maximum(fraction, 0.0), 1.0)[..., None] * along
 
 
 def closest_approach(offset, motion):
