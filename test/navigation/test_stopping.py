@@ -13,11 +13,14 @@
 # limitations under the License.
 """A robot that only does what it can stop after touches nothing that stands still."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from wallnav_ros.navigation.base import BaseLimits
-from wallnav_ros.navigation.stopping import STEP, stoppable
+from wallnav_ros.navigation.driving import HELD_PERIODS
+from wallnav_ros.navigation.stopping import stoppable
 from wallnav_ros.world.distance_field import DistanceField
 from wallnav_ros.world.geometry import drive_unicycle
 from wallnav_ros.world.state import Agents, Observation, Robot
@@ -75,27 +78,99 @@ def test_what_cannot_be_seen_by_the_robots_velocity_is_not_forbidden():
     assert allows(observation(0.8, disc(-0.6, 0.0)), AHEAD, [0.8, 0.5]) == [True, True]
 
 
-def test_no_sequence_of_allowed_commands_touches_anything_that_stands(rng):
-    """Drive 40 random worlds by random allowed commands; the base is as it was assumed."""
-    commands = np.stack(np.meshgrid([0.0, 0.2, 0.4, 0.8], np.linspace(-1.8, 1.8, 9)), -1)
-    commands = commands.reshape(-1, 2)
-    least = np.inf
-    for _ in range(40):
-        centres = rng.uniform(-2.5, 2.5, (12, 2))
-        centres = centres[np.linalg.norm(centres, axis=1) > 0.7]
-        agents = Agents.of(centres, np.zeros_like(centres), np.full(len(centres), 0.3))
-        pose, velocity, late = np.zeros(3), np.zeros(2), np.zeros(2)
-        for _ in range(25):
-            seen = observation(velocity[0], agents, pose=pose, turn_rate=velocity[1])
-            allowed = np.flatnonzero(stoppable(seen, commands, 0.25, LIMITS))
-            command = commands[rng.choice(allowed)] if len(allowed) else np.zeros(2)
-            for step in range(5):
-                # The command before holds for the latency.
-                wanted = late if step * STEP < LIMITS.latency - 1e-9 else command
-                change = np.array([LIMITS.acceleration, LIMITS.turn_acceleration]) * STEP
-                velocity = velocity + np.clip(wanted - velocity, -change, change)
-                pose = drive_unicycle(pose, *velocity, STEP)
-                gap = np.linalg.norm(centres - pose[:2], axis=1).min() - 0.5
-                least = min(least, gap)
-            late = command
-    assert 0.0 < least < 0.1
+SIDE = 10.0                # m, of the square world of the guarantee
+PERIOD = 0.05              # s between two commands
+SUBSTEPS = 3               # of the true motion within a period
+PILLARS = 20
+
+
+def pillar_world(rng):
+    """Return pillars (K, 3) x, y, radius in a square room, and the DistanceField of them all."""
+    pillars = np.column_stack((rng.uniform(0.0, SIDE, (PILLARS, 2)),
+                               rng.uniform(0.05, 0.5, PILLARS)))
+    nodes = 0.05 * np.arange(int(SIDE / 0.05) + 1)
+    points = np.stack(np.meshgrid(nodes, nodes), axis=-1)
+    field = DistanceField(true_distance(pillars, points).astype(np.float32), np.zeros(3), 0.05)
+    return pillars, field
+
+
+def true_distance(pillars, points):
+    """Return the distance (...) of `points` (..., 2) from pillars and the room's walls."""
+    gap = np.hypot(points[..., None, 0] - pillars[:, 0], points[..., None, 1] - pillars[:, 1])
+    to_walls = np.minimum(points, SIDE - points).min(axis=-1)
+    return np.minimum((gap - pillars[:, 2]).min(axis=-1), to_walls)
+
+
+def random_states(rng, count, agents=2):
+    """Return an Observation of robots and walkers anywhere, and the commands on their way."""
+    velocity = np.column_stack((rng.uniform(0.0, 1.0, count), rng.uniform(-2.0, 2.0, count)))
+    pose = np.column_stack((rng.uniform(0.3, SIDE - 0.3, (count, 2)),
+                            rng.uniform(-np.pi, np.pi, count)))
+    robot = Robot(pose, velocity, np.zeros((count, 2)), np.full(count, 0.2), np.full(count, 0.8))
+    crowd = Agents.of(pose[:, None, :2] + rng.uniform(-2.0, 2.0, (count, agents, 2)),
+                      rng.uniform(-1.5, 1.5, (count, agents, 2)),
+                      rng.uniform(0.1, 0.5, (count, agents)))
+    change = rng.uniform(-1.0, 1.0, (count, 1, 2)) * (LIMITS.acceleration * PERIOD,
+                                                      LIMITS.turn_acceleration * PERIOD)
+    return robot, crowd, np.repeat(velocity[:, None] + change, 2, axis=1)
+
+
+def drive_one_period(robot, crowd, command, pillars):
+    """Return robot, crowd and the least gaps to what stands and, while moving, to walkers."""
+    duration = PERIOD / SUBSTEPS
+    change = np.array([LIMITS.acceleration, LIMITS.turn_acceleration]) * duration
+    pose, velocity, position = robot.pose, robot.velocity, crowd.position
+    static, walkers = [], []
+    for _ in range(SUBSTEPS):
+        before, velocity = velocity, velocity + np.clip(command - velocity, -change, change)
+        pose = drive_unicycle(pose, *(0.5 * (before + velocity)).T, duration)
+        position = position + duration * crowd.velocity
+        gap = np.hypot(*np.moveaxis(position - pose[:, None, :2], -1, 0)) - crowd.radius
+        moves = np.abs(before[:, 0]) > 1e-3
+        static.append(true_distance(pillars, pose[:, :2]) - robot.radius)
+        walkers.append(np.where(moves, gap.min(axis=1) - robot.radius, np.inf))
+    return (replace(robot, pose=pose, velocity=velocity), replace(crowd, position=position),
+            np.min(static, axis=0), np.min(walkers, axis=0))
+
+
+def may(robot, crowd, field, commands, in_effect):
+    seen = Observation(robot, crowd, field)
+    return np.all([stoppable(seen, commands, number * PERIOD, LIMITS, in_effect)
+                   for number in HELD_PERIODS], axis=0)
+
+
+def test_the_guarantee_of_docs_safety_holds_for_a_hundred_thousand_random_states(rng):
+    """Drive random states by the fastest random commands that are allowed, then brake."""
+    kept, least_static, least_walker, refused = 0, np.inf, np.inf, 0
+    while kept < 100_000:
+        pillars, field = pillar_world(rng)
+        robot, crowd, queue = random_states(rng, 2000)
+        stops = may(robot, crowd, field, np.zeros((2000, 1, 2)), queue)[:, 0]
+        stops &= true_distance(pillars, robot.position) - robot.radius > LIMITS.clearance
+        apart = np.linalg.norm(crowd.position - robot.position[:, None], axis=-1) - crowd.radius
+        stops &= apart.min(axis=1) - robot.radius > LIMITS.clearance
+        robot, crowd = (type(part)(*(values[stops] for values in vars(part).values()))
+                        for part in (robot, crowd))
+        queue, count = queue[stops], int(stops.sum())
+        kept += count
+        for check in range(17):
+            wanted = np.stack((rng.uniform(0.0, 1.0, (count, 3)),
+                               rng.uniform(-2.0, 2.0, (count, 3))), axis=-1)
+            command = np.zeros((count, 2))
+            if check < 4:
+                allowed = may(robot, crowd, field, wanted, queue)
+                refused += int((~allowed).sum())
+                speed = np.where(allowed, wanted[..., 0], -1.0)
+                best = speed.argmax(axis=1)
+                rows = np.flatnonzero(speed.max(axis=1) >= 0.0)
+                command[rows] = wanted[rows, best[rows]]
+            # A latency of two periods: what is sent now takes effect after the two before it.
+            queue = np.concatenate((queue, command[:, None]), axis=1)
+            robot, crowd, static, walker = drive_one_period(robot, crowd, queue[:, 0], pillars)
+            queue = queue[:, 1:]
+            least_static = min(least_static, float(static.min()))
+            least_walker = min(least_walker, float(walker.min()))
+        assert np.abs(robot.velocity).max() < 1e-3
+    assert refused > 0.1 * kept
+    assert 0.0 < least_static < 0.04
+    assert 0.0 < least_walker < 0.04

@@ -27,7 +27,9 @@ from wallnav_ros.policy.actions import STOP
 from wallnav_ros.policy.lookahead import Lookahead
 from wallnav_ros.world.geometry import drive_unicycle
 
-HELD_PERIODS = 2               # control periods that a command is safe for: one may be missed
+# Control periods after which braking must be safe: after each, since braking earlier than was
+# counted on can end in somebody's way; the second one because a control step may be missed.
+HELD_PERIODS = (1, 2)
 BACKING_OFF = 0.25             # of the preferred speed
 STANDSTILL = np.zeros(2)
 
@@ -90,13 +92,13 @@ class Driver:
     def reach(self, period):
         """Return how far off, in metres, things matter to a command due every `period` s."""
         return self._base.clearance + self._radius + stopping_distance(
-            self._base.max_speed, HELD_PERIODS * period, self._base)
+            self._base.max_speed, HELD_PERIODS[-1] * period, self._base)
 
     def follow(self, plan, observation, now, period):
         """Return the next command (2,) towards that of a Plan, None where it cannot stop."""
         command = self._ramp.towards(plan.command, now, period)
-        hold = HELD_PERIODS * period
-        if not self._stoppable(observation, command[None], hold, now)[0]:
+        if not all(self._stoppable(observation, command[None], number * period, now)[0]
+                   for number in HELD_PERIODS):
             return None
         return self._ramp.give(command, now)
 
