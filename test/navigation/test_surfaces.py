@@ -120,3 +120,11 @@ def test_the_field_goes_with_the_robot(centre):
     point = np.array(centre) + (1.0, 0.0)
     field = add_surfaces(point[None], None, np.array(centre))
     assert field.at(np.array(centre)) == pytest.approx(1.0, abs=0.05)
+
+
+@pytest.mark.parametrize('reach', [0.49, 0.76, 0.79, 1.0, 3.333])
+def test_a_surface_anywhere_within_reach_fits_in_the_field(reach):
+    corner = np.full(2, reach - 1e-6)
+    for point in (corner, -corner):
+        field = add_surfaces(point[None], None, np.zeros(2), reach)
+        assert field.at(point) == pytest.approx(0.0, abs=0.05)

@@ -96,7 +96,7 @@ def add_surfaces(points, walls, centre, reach=REACH):
     points = points[(np.abs(points - centre) < reach).all(axis=1)]
     if not len(points):
         return DistanceField.empty() if walls is None else walls
-    size = int(2 * reach / RESOLUTION) + 1
+    size = int(np.ceil(2 * reach / RESOLUTION)) + 1
     corner = np.asarray(centre, dtype=float) - reach
     free = np.ones((size, size), np.uint8)
     column, row = np.rint((points - corner) / RESOLUTION).astype(np.intp).T
