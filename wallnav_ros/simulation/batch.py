@@ -17,6 +17,7 @@ Many episodes side by side: robots as arrays, one crowd each, rewards as named t
 Paper section 1 (dynamics, outcomes) and section 5 (what a step is paid for).
 """
 
+from collections import deque
 from dataclasses import replace
 
 import numpy as np
@@ -30,6 +31,7 @@ from wallnav_ros.world.state import Agents, Robot
 RUNNING, GOAL, COLLISION, WALL_COLLISION, TIMEOUT = range(5)
 OUTCOMES = ('running', 'goal', 'collision', 'wall_collision', 'timeout')
 STOPPED = 1e-6     # m/s, below which a command is a stop
+TRAIL = 8          # steps of the past that are kept, for policies that look back
 
 
 class EpisodeBatch:
@@ -38,24 +40,23 @@ class EpisodeBatch:
 
     outcome: (B,) index into OUTCOMES. time: (B,) s. path_length: (B,) m.
     min_gap_agent, min_gap_wall: (B,) m, least so far (inf before anything was near).
+    room: how many agents a row has room for, if the largest crowd to come is not among the first.
     """
 
-    def __init__(self, episodes, time_step=0.25):
-        self.episodes = episodes
+    def __init__(self, episodes, time_step=0.25, room=0):
+        self.episodes = list(episodes)
         self.time_step = time_step
         self._crowds = [Crowd(episode, time_step) for episode in episodes]
         self._robot = Robot(*(np.stack([np.asarray(getattr(episode.robot, name), dtype=float)
                                         for episode in episodes])
                               for name in Robot.__dataclass_fields__))
-        count, most = len(episodes), max(len(episode.radius) for episode in episodes)
+        count = len(episodes)
+        most = max(room, *(len(episode.radius) for episode in episodes))
         self._agents = Agents(np.zeros((count, most, 2)), np.zeros((count, most, 2)),
                               np.zeros((count, most)), np.zeros((count, most), dtype=bool))
-        for row, crowd in enumerate(self._crowds):
-            size = len(crowd.episode.radius)
-            self._agents.radius[row, :size] = crowd.episode.radius
-            self._agents.present[row, :size] = True
-            self._agents.position[row, :size] = crowd.position
-        self._trail = [self._agents]
+        for row, episode in enumerate(episodes):
+            _place(self._agents, row, episode)
+        self._trail = deque([self._agents], maxlen=TRAIL)
         self._routes = [episode.scenario.route(float(episode.robot.radius))
                         for episode in episodes]
         self._time_limit = np.array([episode.scenario.time_limit for episode in episodes])
@@ -65,15 +66,34 @@ class EpisodeBatch:
         self.min_gap_agent = np.full(count, np.inf)
         self.min_gap_wall = np.full(count, np.inf)
 
-    def groups(self):
-        """Yield (rows, DistanceField) of the running episodes that share a scenario."""
-        for rows, scenario in self._worlds():
-            yield rows, scenario.field
+    def restart(self, row, episode):
+        """Begin `episode` in place of the one in `row`."""
+        self.episodes[row] = episode
+        self._crowds[row] = Crowd(episode, self.time_step)
+        self._routes[row] = episode.scenario.route(float(episode.robot.radius))
+        parts = {name: part.copy() for name, part in vars(self._robot).items()}
+        for name, part in parts.items():
+            part[row] = getattr(episode.robot, name)
+        self._robot = Robot(**parts)
+        self._trail = deque((Agents(*(part.copy() for part in vars(agents).values()))
+                             for agents in self._trail), maxlen=TRAIL)
+        for agents in self._trail:
+            _place(agents, row, episode)
+        self._agents = self._trail[-1]
+        self._time_limit[row] = episode.scenario.time_limit
+        self.outcome[row], self.time[row], self.path_length[row] = RUNNING, 0.0, 0.0
+        self.min_gap_agent[row] = self.min_gap_wall[row] = np.inf
 
-    def _worlds(self):
-        """Yield (rows, Scenario) of the running episodes that share it."""
+    def groups(self, rows=None):
+        """Yield (rows, DistanceField) of `rows`, by default the running, that share a world."""
+        for shared, scenario in self._worlds(rows):
+            yield shared, scenario.field
+
+    def _worlds(self, rows=None):
+        """Yield (rows, Scenario) of `rows`, by default the running, that share it."""
+        rows = np.flatnonzero(self.outcome == RUNNING) if rows is None else rows
         rows_of = {}
-        for row in np.flatnonzero(self.outcome == RUNNING).tolist():
+        for row in rows.tolist():
             rows_of.setdefault(id(self.episodes[row].scenario), []).append(row)
         for rows in rows_of.values():
             yield np.array(rows), self.episodes[rows[0]].scenario
@@ -97,7 +117,7 @@ class EpisodeBatch:
         return Agents(*(part[rows] for part in vars(self._agents).values()))
 
     def past(self, rows, steps):
-        """Return the Agents (len(rows), N) of `steps` ago, those of the start before that."""
+        """Return the Agents (len(rows), N) of `steps` (below TRAIL) ago, at most of the start."""
         then = self._trail[max(0, len(self._trail) - 1 - steps)]
         return Agents(*(part[rows] for part in vars(then).values()))
 
@@ -175,6 +195,16 @@ class EpisodeBatch:
         outcome[facts.wall_gap <= 0.0] = WALL_COLLISION
         outcome[facts.agent_gap <= 0.0] = COLLISION
         self.outcome = np.where(running, outcome, self.outcome)
+
+
+def _place(agents, row, episode):
+    """Put the crowd of `episode` where it starts into `row` of `agents`."""
+    size = len(episode.radius)
+    agents.position[row], agents.velocity[row] = 0.0, 0.0
+    agents.radius[row], agents.present[row] = 0.0, False
+    agents.position[row, :size] = episode.start
+    agents.radius[row, :size] = episode.radius
+    agents.present[row, :size] = True
 
 
 def _norm(vectors):
