@@ -277,8 +277,10 @@ def test_mapped_walls_count_only_once_the_robot_is_localised():
     assert robot.navigator.plan.command[0] == pytest.approx(0.8)
     robot = Robot(Localisation(np.zeros(3)))
     robot.navigator.set_walls(wall_ahead)
-    robot.drive_to(5.0, 0.0)
-    assert robot.navigator.plan.command[0] < 0.6
+    robot.sense()
+    assert 'no way' in robot.navigator.set_goal(np.array([5.0, 0.0]), 'odom')
+    status = robot.sense()
+    assert status.stop.cause == 'goal_refused' and 'no way' in status.stop.detail
 
 
 def test_tracks_of_another_process_are_brought_into_the_state_frame_and_to_the_moment():

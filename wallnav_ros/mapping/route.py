@@ -117,12 +117,20 @@ class Route:
         return np.stack(cells, axis=1)[:, ::2]
 
     def _sees(self, position, points):
-        """Return whether the robot fits along the lines from `position` (B, 2) to (B, K, 2)."""
-        offset = points - position[:, None]
-        longest = np.sqrt(np.einsum('bki,bki->bk', offset, offset).max(initial=0.0))
-        share = np.linspace(0.0, 1.0, 2 + int(longest / PROBE))[1:]
-        probes = position[:, None, None] + share[:, None] * offset[:, :, None]
-        return (self.walls.at(probes) > self.radius).all(axis=-1)
+        return in_sight(self.walls, self.radius, position, points)
+
+
+def in_sight(walls, radius, position, points):
+    """
+    Return whether a robot fits along the lines from `position` (B, 2) to `points` (B, K, 2).
+
+    walls: DistanceField of their frame; radius: m. The result is (B, K) bool.
+    """
+    offset = points - position[:, None]
+    longest = np.sqrt(np.einsum('bki,bki->bk', offset, offset).max(initial=0.0))
+    share = np.linspace(0.0, 1.0, 2 + int(longest / PROBE))[1:]
+    probes = position[:, None, None] + share[:, None] * offset[:, :, None]
+    return (walls.at(probes) > radius).all(axis=-1)
 
 
 def plan_route(walls, goal, radius, start=None, margin=2.0):

@@ -12,33 +12,52 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Where to go: the goal, kept in the frame it was given in.
+Where to go next: the goal, the way to it, and the sub-goal that the policy can see.
 
-REP-105: a goal in `map` stays put there, one in `odom` drifts with it.
+REP-105: a goal in `map` stays put there, one in `odom` drifts with it. Ways: `mapping.route`.
 """
 
+from dataclasses import replace
+
+import cv2
 import numpy as np
 
+from wallnav_ros.mapping.route import plan_route, RouteError
+from wallnav_ros.navigation.given_path import GivenPath
 from wallnav_ros.navigation.localisation import MAP
 from wallnav_ros.navigation.watchdogs import Stop
-from wallnav_ros.world.geometry import to_parent
+from wallnav_ros.world.geometry import to_child, to_parent
+
+PATIENCE = 8.0         # s without getting nearer, after which another way is sought
+PROGRESS = 0.5         # m that count as getting nearer
+GOAL_DRIFT = 0.2       # m that a goal may move in the map before its route is planned anew
+PATH_END = 0.5         # m between the end of a path and the goal that it leads to
+SNAP = np.stack(np.meshgrid(*2 * [np.linspace(-0.4, 0.4, 9)]), axis=-1).reshape(-1, 2)
 
 
 class Guide:
     """
-    Holds the goal, or why there is none.
+    Holds the goal and the way to it, or why there is none.
 
     goal: the position (2,) and the name of its frame, or None. ended: the Stop that explains
-    why there is none.
+    why there is none. route: the Route planned, None where no map says anything. detours: how
+    often another way was planned because the first one was blocked.
     """
 
     def __init__(self):
-        self.goal = None
         self.ended = Stop('no_goal', 'no goal')
+        self._given, self.detours = None, 0
+        self._drop()
+
+    def _drop(self):
+        self.goal = self.route = self._walls = None
+        self._blocking = np.empty((0, 2))
+        self._nearest, self._since = np.inf, None
 
     def end(self, stop):
         """Drop the goal, `stop` (a Stop) being the reason; returns it."""
-        self.goal, self.ended = None, stop
+        self._drop()
+        self.ended, self._given = stop, None
         return stop
 
     def take_goal(self, position, frame, place):
@@ -47,13 +66,34 @@ class Guide:
 
         Returns None, or why the goal is refused; there is no goal then.
         """
+        given = self._given
         refusal = _unusable(position, frame, place)
         if refusal is not None:
-            self.end(Stop('goal_refused', f'goal: {refusal}'))
+            self.refuse(refusal)
             return refusal
         if frame == place.base_frame:
             position, frame = to_parent(place.frame_in_state(frame), position), place.state_frame
-        self.goal = np.asarray(position, dtype=float), frame
+        self._drop()
+        self.goal, self._given = (np.asarray(position, dtype=float), frame), given
+        return None
+
+    def refuse(self, reason):
+        """Drop the goal because of `reason`."""
+        self.end(Stop('goal_refused', f'goal: {reason}'))
+
+    def take_path(self, points, frame, place):
+        """
+        Follow `points` (K, 2) metres in `frame`, once they lead to the goal.
+
+        Returns None, or why the path is of no use.
+        """
+        if not len(points) or not np.isfinite(points).all():
+            return 'empty, or a coordinate is not finite'
+        if place.frame_in_state(frame) is None:
+            return f'frame {frame!r} is not known'
+        self._given = np.asarray(points, dtype=float), frame
+        if self.goal is not None and self._given_path(place, None, 0.0) is None:
+            return 'does not lead to the goal'
         return None
 
     def goal_in_state(self, place):
@@ -61,6 +101,83 @@ class Guide:
         position, frame = self.goal
         relation = place.frame_in_state(frame)
         return None if relation is None else to_parent(relation, position)
+
+    def needs_route(self, place, walls):
+        """Return whether a route is to be planned on `walls`, the map's DistanceField or None."""
+        if walls is None or place.state_frame != MAP:
+            self.route = None
+            return False
+        moved = self.route is None or (
+            np.hypot(*(self.route.goal - self.goal_in_state(place))) > GOAL_DRIFT)
+        return moved or self._walls is not walls
+
+    def plan(self, place, walls, radius):
+        """Plan the route on `walls` for a robot of `radius` m; returns why there is none."""
+        start = place.newest()
+        try:
+            route = plan_route(_with_points(walls, self._blocking),
+                               self.goal_in_state(place), radius)
+        except RouteError as error:
+            return str(error)
+        if start is not None and not np.isfinite(route.to_go(_snap(route, start[:2]))):
+            return (f'no way that a robot of {radius:g} m radius fits through leads to it from '
+                    f'({start[0]:.2f}, {start[1]:.2f})')
+        self.route, self._walls = route, walls
+        return None
+
+    def replan(self, place, walls, radius, blocking):
+        """
+        Plan a route around `blocking` (K, 2) too, points in the map; returns why there is none.
+
+        What blocked the way is remembered as long as the goal. The route there was stays where
+        there is no other.
+        """
+        self._since = None
+        self._blocking = np.vstack((self._blocking, blocking))
+        refusal = self.plan(place, walls, radius)
+        if refusal is not None:
+            self._blocking = np.empty((0, 2))
+        self.detours += refusal is None
+        return refusal
+
+    def rest(self):
+        """Note that the robot stands for another reason than what is in its way."""
+        self._since = None
+
+    def way(self, place, radius):
+        """Return the GivenPath or Route to follow, None for straight to the goal."""
+        walls = self._walls if self.route is not None else None
+        given = self._given_path(place, walls, radius)
+        return self.route if given is None else given
+
+    def sub_goal(self, place, radius, position):
+        """Return where to head for (2,) from `position` (2,), and the metres beyond it."""
+        way = self.way(place, radius)
+        if way is None:
+            return self.goal_in_state(place), 0.0
+        if isinstance(way, GivenPath):
+            return way.guide(position)
+        target, beyond = way.guide(_snap(way, position)[None])
+        return target[0], float(beyond[0])
+
+    def is_stuck(self, place, radius, position, now):
+        """Return whether the robot at `position` (2,) has long not got nearer to its goal."""
+        way = self.way(place, radius)
+        if way is None or isinstance(way, GivenPath):
+            return False
+        left = float(way.to_go(_snap(way, position)))
+        if self._since is None or left < self._nearest - PROGRESS:
+            self._nearest, self._since = left, now
+        return now - self._since > PATIENCE
+
+    def _given_path(self, place, walls, radius):
+        """Return the GivenPath to the goal, None where there is none."""
+        relation = place.frame_in_state(self._given[1]) if self._given else None
+        if relation is None:
+            return None
+        points = to_parent(relation, self._given[0])
+        leads = np.hypot(*(points[-1] - self.goal_in_state(place))) <= PATH_END
+        return GivenPath(points, walls, radius) if leads else None
 
 
 def _unusable(position, frame, place):
@@ -73,3 +190,24 @@ def _unusable(position, frame, place):
             else f'known frames are {place.state_frame}, {place.odom_frame} and '
                  f'{place.base_frame}')
     return f'frame {frame!r} cannot be related to {place.state_frame}: {hint}'
+
+
+def _snap(route, position):
+    """Return the place nearest to `position` (2,) that `route` leads on from."""
+    # A robot may stand nearer to a wall than a route would lead it.
+    near = position + SNAP[np.argsort(np.hypot(*SNAP.T), kind='stable')]
+    known = np.isfinite(route.to_go(near))
+    return near[known.argmax()] if known.any() else position
+
+
+def _with_points(walls, points):
+    """Return the DistanceField `walls` with `points` (K, 2) as walls too."""
+    height, width = walls.distance.shape
+    cells = np.rint(to_child(walls.pose, points) / walls.resolution).astype(np.intp)
+    cells = cells[((cells >= 0) & (cells < (width, height))).all(axis=1)]
+    if not len(cells):
+        return walls
+    free = np.ones((height, width), np.uint8)
+    free[cells[:, 1], cells[:, 0]] = 0
+    distance = cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_5) * walls.resolution
+    return replace(walls, distance=np.minimum(walls.distance, distance))

@@ -24,15 +24,13 @@ import numpy as np
 
 from wallnav_ros.navigation.driving import Driver
 from wallnav_ros.navigation.guidance import Guide
-from wallnav_ros.navigation.localisation import Localisation, MAP
+from wallnav_ros.navigation.localisation import Localisation
 from wallnav_ros.navigation.plans import NavigatorSettings, Status
-from wallnav_ros.navigation.surfaces import add_surfaces, assign_points, REACH, scan_points
+from wallnav_ros.navigation.scene import Scene, worth_predicting
 from wallnav_ros.navigation.watchdogs import ClockWatch, Feed, LoopWatch, Stop
-from wallnav_ros.world.geometry import compose, drive_unicycle, invert, rotate, to_parent
-from wallnav_ros.world.state import Agents, Observation, Robot
-from wallnav_ros.world.tracks import Tracks
+from wallnav_ros.world.geometry import compose, drive_unicycle, invert
+from wallnav_ros.world.state import Robot
 
-LONGEST_PREDICTION = 0.5       # s that tracks and the robot are carried forward at most
 FIX_DISTANCE = 0.5             # m driven without a fix before its age counts
 MOST_REASONS = 50              # kept apart
 
@@ -43,13 +41,12 @@ class Navigator:
 
     All times are seconds of the clock in use, given with every call. Whatever cannot be used
     is counted by its reason in `rejected` and otherwise ignored.
-    tracks: the newest Tracks, in the odometry's frame. plan: the newest Plan, or None.
-    map_fault: the Stop that the map calls for, or None.
+    plan: the newest Plan, or None. map_fault: the Stop that the map calls for, or None.
     """
 
     def __init__(self, lookahead, tracker, settings=NavigatorSettings(), localisation=None):
         self.localisation = localisation or Localisation()
-        self.guide = Guide()
+        self.guide, self.scene = Guide(), Scene(self.localisation)
         self.laser_pose = np.zeros(3)
         self.rejected = Counter()
         self.clock, self.loop = ClockWatch(), LoopWatch(settings.control_period)
@@ -57,11 +54,8 @@ class Navigator:
         self.feeds = {'odometry': Feed('odometry'), 'scan': Feed('scan')}
         if settings.tracks_given:
             self.feeds['tracks'] = Feed('tracks')
-        self.walls = self.map_fault = None
-        self.tracks = None
-        self.plan = None
+        self.plan = self.map_fault = None
         self._driver, self._tracker = Driver(lookahead, settings), tracker
-        self._points, self._laser = np.empty((0, 2)), np.zeros(3)
         self._due = -np.inf
         self.set_settings(settings)
 
@@ -86,11 +80,21 @@ class Navigator:
 
     def set_walls(self, walls):
         """Take the DistanceField of the mapped walls, in the map frame, or None."""
-        self.walls, self.plan = walls, None
+        self.scene.map_walls, self.plan = walls, None
+
+    @property
+    def walls(self):
+        """Return the DistanceField of the mapped walls, in the map frame, or None."""
+        return self.scene.map_walls
+
+    @property
+    def tracks(self):
+        """Return the newest Tracks, in the odometry's frame, or None."""
+        return self.scene.tracks
 
     def set_goal(self, position, frame):
         """
-        Drive to `position` (2,) metres in `frame`.
+        Drive to `position` (2,) metres in `frame`; on a map, this plans the route there.
 
         Returns None, or why the goal is refused; the robot then stands without a goal.
         """
@@ -98,7 +102,35 @@ class Navigator:
         refusal = self.guide.take_goal(position, frame, self.localisation)
         if refusal is not None:
             self.reject('goal', refusal)
+            return refusal
+        return self._plan_route()
+
+    def take_path(self, points, frame):
+        """Follow the path `points` (K, 2) metres in `frame` where it leads to the goal."""
+        refusal = self.guide.take_path(points, frame, self.localisation)
+        if refusal is not None:
+            self.reject('plan', refusal)
+
+    def _plan_route(self):
+        """Plan the route where a map calls for one; returns why the goal is refused, if it is."""
+        guide, place = self.guide, self.localisation
+        if not guide.needs_route(place, self.walls):
+            return None
+        refusal = guide.plan(place, self.walls, self._room)
+        if refusal is not None:
+            guide.refuse(refusal)
+            self.reject('goal', refusal)
         return refusal
+
+    @property
+    def way(self):
+        """Return the Route or GivenPath followed to the goal, None for straight."""
+        return self.guide.way(self.localisation, self._room)
+
+    @property
+    def _room(self):
+        """Return the radius that routes keep clear, in metres."""
+        return self.settings.radius + self.settings.base.clearance
 
     def take_odometry(self, stamp, pose, velocity, now):
         """Take the robot's pose (3,) and velocity (2,) by odometry."""
@@ -119,10 +151,10 @@ class Navigator:
             return False
         self.feeds['scan'].arrived(scan.stamp, now)
         laser = compose(base, self.laser_pose)
-        self._points, self._laser = scan_points(scan, laser), laser
+        self.scene.take_scan(scan, laser)
         if not self.settings.tracks_given:
             end = place.odom_pose(scan.stamp + scan.sweep_time)
-            self.tracks = self._tracker.update(
+            self.scene.tracks = self._tracker.update(
                 scan, laser, walls=self._walls_in_odom(),
                 end_pose=laser if end is None else compose(end, self.laser_pose))
             self._decide_when_due(scan.stamp, now)
@@ -136,7 +168,7 @@ class Navigator:
             self.reject('tracks', f'frame {frame!r} is not known')
             return
         self.feeds['tracks'].arrived(tracks.stamp, now)
-        self.tracks = _moved(tracks, place.in_odom(relation))
+        self.scene.take_tracks(tracks, place.in_odom(relation))
         self._decide_when_due(tracks.stamp, now)
 
     def update(self, now, steady):
@@ -156,14 +188,15 @@ class Navigator:
         if stop is not None:
             # What was decided before a stop says nothing about the world after it.
             self.plan = None
+            self.guide.rest()
         elif self.plan is None:
             stop = Stop('planning', 'first decision due')
         else:
             stop = self.plan.stop
         if stop is None:
             period = self.loop.period
-            observation = self.observe(now, self._driver.reach(period))
-            command = self._driver.follow(self.plan, observation, now, period)
+            near = self.scene.observe_near(self._robot(now), now, self._driver.reach(period))
+            command = self._driver.follow(self.plan, near, now, period)
             if command is not None:
                 return Status(command, 'waiting' if self.plan.waits else 'driving', None)
             stop = Stop('braking', 'something has come too close to drive on')
@@ -176,7 +209,7 @@ class Navigator:
         for feed in self.feeds.values():
             feed.forget()
         self._driver.forget()
-        self.tracks = self.plan = None
+        self.scene.tracks = self.plan = None
         self.guide.end(Stop('clock_jumped', 'the clock was set back: send the goal again'))
         self._due = -np.inf
 
@@ -230,35 +263,36 @@ class Navigator:
             return
         # Counted from the last due time, so that decisions keep their rate at any scan rate.
         self._due = (self._due if stamp - self._due < step else stamp) + step
-        unknown = self.guide.goal_in_state(self.localisation) is None
-        if unknown or not self.feeds['scan'].count:
+        place = self.localisation
+        if self.guide.goal_in_state(place) is None or not self.feeds['scan'].count:
             return
-        self.plan = self._driver.decide(
-            self.observe(now), stamp, self.localisation.state_frame, now)
+        stuck = self.guide.is_stuck(place, self._room, place.newest()[:2], stamp)
+        if stuck or self.guide.needs_route(place, self.walls):
+            # Planning takes longer than a command may: the robot stands before it begins.
+            if self.plan is not None:
+                self.plan, self._due = None, stamp
+                return
+            if not stuck and self._plan_route() is not None:
+                return
+            if stuck:
+                self._plan_detour(now)
+        self.plan = self._driver.decide(self.observe(now), stamp, place.state_frame, now)
 
-    def observe(self, now, reach=REACH):
-        """Return the Observation at `now`, carried forward to it; surfaces only within `reach`."""
-        place, settings = self.localisation, self.settings
-        walls = self.walls if place.state_frame == MAP else None
-        last = self.feeds['odometry'].stamp
-        pose = drive_unicycle(place.newest(), *place.velocity, _ahead(now - last))
-        tracks = _moved(self.tracks, place.odom_in_state)
-        seen, points = assign_points(
-            to_parent(place.odom_in_state, self._points), tracks.agents(), walls,
-            to_parent(place.odom_in_state, self._laser[:2]))
-        ahead = _ahead(now - tracks.stamp)
-        agents = Agents.of(seen.position + ahead * seen.velocity, seen.velocity, seen.radius)
-        robot = Robot(pose, place.velocity, self.guide.goal_in_state(place),
-                      np.float64(settings.radius), np.float64(self._driver.speed))
-        return Observation(robot, agents, add_surfaces(points, walls, pose[:2], reach))
+    def _plan_detour(self, now):
+        """Plan a route around what blocks the way now; the old one stays where there is none."""
+        refusal = self.guide.replan(
+            self.localisation, self.walls, self._room, self.scene.standing(now))
+        if refusal is not None:
+            self.reject('detour', refusal)
 
+    def observe(self, now):
+        """Return the Observation at `now`, all of it carried forward to that moment."""
+        return self.scene.observe(self._robot(now), now)
 
-def _ahead(age):
-    """Return `age` seconds where they are worth predicting, within 0 and the longest."""
-    return float(np.clip(age, 0.0, LONGEST_PREDICTION))
-
-
-def _moved(tracks, pose):
-    """Return Tracks, given in the frame placed at `pose` (3,), in its parent."""
-    return Tracks(tracks.stamp, tracks.id, to_parent(pose, tracks.position),
-                  rotate(tracks.velocity, pose[2]), tracks.radius, tracks.label)
+    def _robot(self, now):
+        place = self.localisation
+        pose = drive_unicycle(place.newest(), *place.velocity,
+                              worth_predicting(now - self.feeds['odometry'].stamp))
+        goal, beyond = self.guide.sub_goal(place, self._room, pose[:2])
+        return Robot(pose, place.velocity, goal, np.float64(self.settings.radius),
+                     np.float64(self._driver.speed), np.float64(beyond))

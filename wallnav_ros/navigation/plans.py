@@ -57,7 +57,8 @@ class Plan:
 
     stamp: seconds, of the scan. command: (2,) m/s and rad/s. stop: the Stop that holds instead
     of it, such as when every action is predicted to collide, or None. waits: the policy chose to
-    stand. path: (K, 3) poses predicted, and goal: (2,), in `frame`.
+    stand. path: (K, 3) poses predicted, and goal: (2,), the sub-goal headed for,
+    in `frame`.
     """
 
     stamp: float

@@ -18,6 +18,8 @@ Keeps furniture, closed doors and unmapped walls from being driven into; without
 all the walls there are. Distances by Euclidean distance transform (Felzenszwalb 2012).
 """
 
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
 from scipy.spatial.distance import cdist
@@ -105,6 +107,40 @@ def add_surfaces(points, walls, centre, reach=REACH):
     if walls is not None:
         np.minimum(distance, _resample(walls, corner, size), out=distance)
     return DistanceField(distance, np.array([*corner, 0.0]), RESOLUTION)
+
+
+@dataclass(frozen=True)
+class NearSurfaces:
+    """
+    Points (K, 2) and mapped `walls` (DistanceField or None), for a few exact distances.
+
+    What `add_surfaces` makes of them is as coarse as its grid.
+    """
+
+    points: np.ndarray
+    walls: DistanceField | None
+
+    def at(self, places):
+        """Return the distance (...) in metres from `places` (..., 2) to the nearest of them."""
+        places = np.asarray(places, dtype=float)
+        distance = (np.full(places.shape[:-1], np.inf) if self.walls is None
+                    else np.asarray(self.walls.at(places), dtype=float))
+        if not len(self.points):
+            return distance
+        nearest = cdist(places.reshape(-1, 2), self.points).min(axis=1)
+        return np.minimum(distance, nearest.reshape(distance.shape))
+
+
+STANDING = 0.2         # m/s, below which an agent counts as standing
+
+
+def outlines(points, agents):
+    """Return `points` (K, 2) and points on the edges of the agents that stand."""
+    still = np.hypot(*agents.velocity.T) < STANDING
+    turn = np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)
+    edge = np.stack((np.cos(turn), np.sin(turn)), axis=1)
+    rings = agents.position[still, None] + agents.radius[still, None, None] * edge
+    return np.vstack((points, rings.reshape(-1, 2)))
 
 
 def _resample(walls, corner, size):

@@ -117,6 +117,12 @@ def map_from_message(message):
                                info.resolution, pose_from_message(info.origin))
 
 
+def path_from_message(message):
+    """Return the positions (K, 2) of a nav_msgs Path, in metres, in its header's frame."""
+    places = [(pose.pose.position.x, pose.pose.position.y) for pose in message.poses]
+    return np.array(places, dtype=float).reshape(-1, 2)
+
+
 def twist_message(command):
     """Return a command (2,), m/s and rad/s, as a Twist."""
     message = Twist()

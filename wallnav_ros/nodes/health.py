@@ -65,6 +65,7 @@ def navigation_status(name, navigator, status, now, latencies, faults):
     values['localisation_jump'] = f'{place.last_jump:.3f}'
     values['tracks'] = 0 if navigator.tracks is None else len(navigator.tracks)
     values['walls'] = 'none' if navigator.walls is None else 'from the map'
+    values.update(_way(navigator))
     values['clock_jumps'] = navigator.clock.jumps
     values['overruns'] = navigator.loop.overruns
     values['longest_step_ms'] = f'{1e3 * navigator.loop.longest:.1f}'
@@ -77,3 +78,15 @@ def navigation_status(name, navigator, status, now, latencies, faults):
     level = DiagnosticStatus.OK if expected and not faults else DiagnosticStatus.WARN
     message = '; '.join((stop.detail if stop else status.state, *faults.values()))
     return diagnostic_status(name, 'wallnav_ros', level, message, values)
+
+
+def _way(navigator):
+    """Return what is known about the way to the goal, as values for diagnostics."""
+    guide, place = navigator.guide, navigator.localisation
+    if guide.goal is None or place.newest() is None or guide.goal_in_state(place) is None:
+        return {}
+    way = navigator.way
+    if way is None:
+        return {'way': 'straight'}
+    return {'way': 'given' if way is not guide.route else 'planned', 'detours': guide.detours,
+            'to_go': f'{float(way.to_go(place.newest()[:2])):.1f}'}

@@ -12,12 +12,13 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Pictures for RViz: tracks, their velocities, the goal, the predicted path and why it stands.
+Pictures for RViz: tracks, goal, route, sub-goal, the predicted path and why it stands.
 
 visualization_msgs/MarkerArray; colours by meaning: people orange, obstacles grey.
 """
 
 from geometry_msgs.msg import Point
+import numpy as np
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -27,6 +28,7 @@ from wallnav_ros.world.tracks import HUMAN
 PERSON = ColorRGBA(r=0.95, g=0.5, b=0.1, a=0.8)
 OBSTACLE = ColorRGBA(r=0.5, g=0.5, b=0.5, a=0.8)
 GOAL = ColorRGBA(r=0.1, g=0.7, b=0.2, a=0.8)
+SUB_GOAL = ColorRGBA(r=0.5, g=0.9, b=0.3, a=0.8)
 PATH = ColorRGBA(r=0.1, g=0.3, b=0.9, a=1.0)
 TEXT = ColorRGBA(r=0.9, g=0.9, b=0.9, a=1.0)
 HEIGHT = 1.0           # m, of the cylinders
@@ -67,18 +69,40 @@ def plan_markers(plan, status, robot, frame, stamp):
     text.pose.position.z, text.scale.z = HEIGHT + 0.3, 0.3
     text.text = status.state if status.stop is None else status.stop.detail
     if plan is None:
-        return MarkerArray(markers=[text] + [
-            Marker(header=header, ns=name, action=Marker.DELETE)
-            for name in ('goal', 'path', 'action')])
-    goal = _marker(header, 'goal', 0, Marker.CYLINDER, GOAL, (*plan.goal, 0.0))
-    goal.scale.x = goal.scale.y = 0.4
-    goal.scale.z = 0.02
-    path = _marker(header, 'path', 0, Marker.LINE_STRIP, PATH, (0.0, 0.0, 0.0))
-    path.scale.x = 0.05
-    path.points = [Point(x=x, y=y) for x, y in plan.path[:, :2].tolist()]
+        return MarkerArray(markers=[text, *_gone(header, 'sub_goal', 'path', 'action')])
+    goal = _marker(header, 'sub_goal', 0, Marker.CYLINDER, SUB_GOAL, (*plan.goal, 0.0))
+    goal.scale.x = goal.scale.y = 0.25
+    goal.scale.z = 0.03
+    path = _line(header, 'path', PATH, plan.path[:, :2])
     action = _marker(header, 'action', 0, Marker.ARROW, PATH, plan.path[-1])
     action.scale.x, action.scale.y, action.scale.z = 0.4, 0.08, 0.08
     return MarkerArray(markers=[text, goal, path, action])
+
+
+def way_markers(goal, way, frame, stamp):
+    """Return a MarkerArray of the goal (2,) and the way (K, 2) to it in `frame`; None: none."""
+    header = Header(stamp=time_message(stamp), frame_id=frame)
+    shown = _gone(header, *(name for name, what in (('goal', goal), ('route', way))
+                            if what is None))
+    if goal is not None:
+        disc = _marker(header, 'goal', 0, Marker.CYLINDER, GOAL, (*goal, 0.0))
+        disc.scale.x = disc.scale.y = 0.4
+        disc.scale.z = 0.02
+        shown.append(disc)
+    if way is not None:
+        shown.append(_line(header, 'route', GOAL, way))
+    return MarkerArray(markers=shown)
+
+
+def _gone(header, *namespaces):
+    return [Marker(header=header, ns=name, action=Marker.DELETE) for name in namespaces]
+
+
+def _line(header, namespace, colour, points):
+    line = _marker(header, namespace, 0, Marker.LINE_STRIP, colour, (0.0, 0.0, 0.0))
+    line.scale.x = 0.05
+    line.points = [Point(x=x, y=y) for x, y in np.asarray(points, dtype=float).tolist()]
+    return line
 
 
 def _marker(header, namespace, number, kind, colour, pose):

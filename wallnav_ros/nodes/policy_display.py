@@ -17,13 +17,15 @@ What policy_node shows to people and other nodes: tracks, walls and markers for 
 All of it at its own pace, so that no command ever waits for a picture.
 """
 
+import numpy as np
 from rclpy.clock import Clock, ClockType
 from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import Marker, MarkerArray
 
+from wallnav_ros.mapping.route import RouteError
 from wallnav_ros.navigation.localisation import MAP
 from wallnav_ros.nodes import conversions as convert
-from wallnav_ros.nodes.markers import plan_markers, track_markers
+from wallnav_ros.nodes.markers import plan_markers, track_markers, way_markers
 from wallnav_ros.nodes.topics import advertise, LATCHED, RELIABLE
 
 PERIOD = 0.1           # s between two pictures
@@ -69,3 +71,17 @@ class Display:
             self._markers.publish(plan_markers(
                 self._navigator.plan, self.status, place.newest(), place.state_frame,
                 self._now()))
+            self._markers.publish(way_markers(
+                *self._way(place), place.state_frame, self._now()))
+
+    def _way(self, place):
+        """Return the goal (2,) and the way (K, 2) there, or None for what there is not."""
+        guide, position = self._navigator.guide, place.newest()[:2]
+        goal = None if guide.goal is None else guide.goal_in_state(place)
+        if goal is None:
+            return None, None
+        way = self._navigator.way
+        try:
+            return goal, np.array([position, goal]) if way is None else way.path(position)
+        except RouteError:
+            return goal, None

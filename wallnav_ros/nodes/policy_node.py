@@ -22,7 +22,7 @@ from time import monotonic
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist, TwistStamped
-from nav_msgs.msg import OccupancyGrid, Odometry
+from nav_msgs.msg import OccupancyGrid, Odometry, Path
 import numpy as np
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
@@ -74,8 +74,7 @@ class PolicyNode(Node):
 
     def close(self):
         """Leave the robot standing: a zero command is delivered before the node goes."""
-        self._status = Status(np.zeros(2), 'stopped', Stop('shutdown', 'shutting down'))
-        self._command()
+        self._stand(Stop('shutdown', 'shutting down'))
         self._report()
         self._command_publisher.wait_for_all_acked(FAREWELL)
 
@@ -92,6 +91,7 @@ class PolicyNode(Node):
         self._open(subscribe, Odometry, 'odom', self._take_odometry, SENSOR)
         self._open(subscribe, PoseWithCovarianceStamped, 'amcl_pose', self._take_fix, LATCHED)
         self._open(subscribe, PoseStamped, 'goal_pose', self._take_goal, RELIABLE)
+        self._open(subscribe, Path, 'plan', self._take_path, RELIABLE)
         if self.navigator.settings.tracks_given:
             self._open(subscribe, PointCloud2, 'tracks', self._take_tracks, RELIABLE)
         if not self.options.map:
@@ -155,7 +155,12 @@ class PolicyNode(Node):
             return
         self.navigator.localisation.add_fix(convert.seconds(message.header.stamp), pose)
 
+    def _take_path(self, message):
+        self.navigator.take_path(convert.path_from_message(message),
+                                 convert.frame_name(message.header.frame_id))
+
     def _take_goal(self, message):
+        self._stand(Stop('planning', 'planning a route'))
         position = message.pose.position
         refusal = self.navigator.set_goal(
             np.array([position.x, position.y]), convert.frame_name(message.header.frame_id))
@@ -164,14 +169,17 @@ class PolicyNode(Node):
         self._step()
 
     def _take_map(self, message):
-        # Taking a map in can last longer than a command may: the robot stands meanwhile.
-        self._status = Status(np.zeros(2), 'stopped', Stop('map_replaced', 'reading a new map'))
-        self._command()
+        self._stand(Stop('map_replaced', 'reading a new map'))
         try:
             self._use_map(convert.map_from_message(message))
         except ValueError as error:
             self.navigator.reject('map', str(error))
             self.get_logger().error(f'map refused: {error}')
+
+    def _stand(self, stop):
+        """Stand because of a Stop while something lasts longer than a command may."""
+        self._status = Status(np.zeros(2), 'stopped', stop)
+        self._command()
 
     def _use_map(self, occupancy_map):
         """Take an OccupancyMap's walls; raises ValueError where they cannot be used."""

@@ -1,0 +1,93 @@
+# Copyright 2026 The wallnav_ros authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+What is around the robot, in the state frame and carried forward to the moment it is needed.
+
+Tracks as agents, beams and mapped walls as distances; paper section 2 (state).
+"""
+
+import numpy as np
+
+from wallnav_ros.navigation.localisation import MAP
+from wallnav_ros.navigation.surfaces import (
+    add_surfaces, assign_points, NearSurfaces, outlines, scan_points)
+from wallnav_ros.world.geometry import rotate, to_parent
+from wallnav_ros.world.state import Agents, Observation
+from wallnav_ros.world.tracks import Tracks
+
+LONGEST_PREDICTION = 0.5       # s that tracks and the robot are carried forward at most
+
+
+class Scene:
+    """
+    The newest tracks, scan and map, placed by a Localisation.
+
+    tracks: the newest Tracks, in the odometry's frame, or None. map_walls: DistanceField of the
+    mapped walls, in the map's frame, or None.
+    """
+
+    def __init__(self, place):
+        self.tracks = self.map_walls = None
+        self._place = place
+        self._points, self._laser = np.empty((0, 2)), np.zeros(3)
+
+    def take_scan(self, scan, laser):
+        """Take the beams of a Scan from a laser at the pose (3,) in the odometry's frame."""
+        self._points, self._laser = scan_points(scan, laser), laser
+
+    def take_tracks(self, tracks, pose):
+        """Take Tracks in a frame placed at `pose` (3,) in the odometry's."""
+        self.tracks = moved(tracks, pose)
+
+    @property
+    def walls(self):
+        """Return the mapped walls (DistanceField), None while the robot is not in the map."""
+        return self.map_walls if self._place.state_frame == MAP else None
+
+    def observe(self, robot, now):
+        """Return the Observation of a Robot at `now` (s)."""
+        agents, points = self._seen(now)
+        return Observation(robot, agents, add_surfaces(points, self.walls, robot.position))
+
+    def observe_near(self, robot, now, reach):
+        """Return the same with exact distances, of what is within `reach` m."""
+        agents, points = self._seen(now)
+        near = (np.abs(points - robot.position) < reach).all(axis=1)
+        return Observation(robot, agents, NearSurfaces(points[near], self.walls))
+
+    def standing(self, now):
+        """Return points (K, 2) on everything that stands and that the map does not know."""
+        agents, points = self._seen(now)
+        return outlines(points, agents)
+
+    def _seen(self, now):
+        """Return the Agents at `now` and the points (K, 2) that belong to none of them."""
+        in_state = self._place.odom_in_state
+        tracks = moved(self.tracks, in_state)
+        seen, points = assign_points(
+            to_parent(in_state, self._points), tracks.agents(), self.walls,
+            to_parent(in_state, self._laser[:2]))
+        ahead = worth_predicting(now - tracks.stamp)
+        return Agents.of(seen.position + ahead * seen.velocity, seen.velocity, seen.radius), points
+
+
+def worth_predicting(age):
+    """Return `age` seconds where things may be carried forward so far, else the bound."""
+    return float(np.clip(age, 0.0, LONGEST_PREDICTION))
+
+
+def moved(tracks, pose):
+    """Return Tracks, given in the frame placed at `pose` (3,), in its parent."""
+    return Tracks(tracks.stamp, tracks.id, to_parent(pose, tracks.position),
+                  rotate(tracks.velocity, pose[2]), tracks.radius, tracks.label)
