@@ -20,8 +20,11 @@ The fields of summary.json are a contract.
 import csv
 import json
 
+import numpy as np
 import pytest
 from wallnav_ros.commands.evaluate import main
+from wallnav_ros.policy import features as feature_set
+from wallnav_ros.policy.value_function import FORMAT, layer_shapes, ValueFunction
 
 pytestmark = pytest.mark.extras
 
@@ -38,6 +41,21 @@ agents: {radius: [0.1, 0.3], goal: anywhere}
 def scenario(tmp_path):
     path = tmp_path / 'hall.yaml'
     path.write_text(HALL)
+    return str(path)
+
+
+@pytest.fixture(scope='module')
+def untrained(tmp_path_factory):
+    """Return an untrained weight file."""
+    sizes = {'mlp1': [8, 6], 'mlp2': [6, 4], 'attention': [5, 1], 'mlp3': [8, 1]}
+    rng = np.random.default_rng(3)
+    path = tmp_path_factory.mktemp('weights') / 'untrained.npz'
+    ValueFunction({
+        'format': FORMAT, 'network': {'kind': 'three_mlp', 'sizes': sizes},
+        'features': feature_set.describe(), 'actions': {'max_turn_rate': 1.8}, 'reward': 'R4',
+        'decision': {'horizons': [1], 'caution': 0.0}, 'time_step': 0.25, 'discount': 0.9,
+        'training': {}}, {name: rng.normal(0.0, 0.3, shape).astype(np.float32)
+                          for name, shape in layer_shapes(sizes).items()}).save(path)
     return str(path)
 
 
@@ -104,6 +122,64 @@ def test_one_case_may_be_asked_for_and_the_summary_written_elsewhere_too(scenari
     assert summary == json.loads((tmp_path / 'out' / 'summary.json').read_text())
 
 
+def test_a_picture_of_every_cell_is_drawn_unless_declined(scenario, tmp_path):
+    run(scenario, tmp_path / 'out')
+    run(scenario, tmp_path / 'plain', '--figures', '0')
+
+    assert {path.name for path in (tmp_path / 'out').glob('*.png')} == {
+        'hall_none.png', 'hall_busy.png'}
+    assert not list((tmp_path / 'plain').glob('*.png'))
+
+
+def test_pictures_change_no_figure(scenario, tmp_path):
+    run(scenario, tmp_path / 'out', '--figures', '3')
+    run(scenario, tmp_path / 'plain', '--figures', '0', '--workers', '2')
+
+    for name in ('episodes.csv', 'summary.json', 'tables.md'):
+        assert (tmp_path / 'out' / name).read_bytes() == (tmp_path / 'plain' / name).read_bytes()
+
+
+def test_several_models_are_measured_on_the_same_episodes_and_compared(
+        scenario, tmp_path, untrained):
+    run(scenario, tmp_path / 'alone')
+    run(scenario, tmp_path / 'out', '--model', untrained)
+
+    assert (tmp_path / 'out' / 'orca' / 'episodes.csv').read_bytes() == (
+        tmp_path / 'alone' / 'episodes.csv').read_bytes()
+    summary = json.loads((tmp_path / 'out' / 'summary.json').read_text())
+    alone = json.loads((tmp_path / 'alone' / 'summary.json').read_text())
+    # What one model's summary holds is there too, for the first.
+    assert {key: summary[key] for key in alone} == alone
+    assert [entry['model'] for entry in summary['models']] == ['orca', untrained]
+    comparison, = summary['comparisons']
+    assert (comparison['model'], comparison['against']) == ('orca', untrained)
+    assert 0.0 < comparison['wilcoxon_success'] <= 1.0
+    own, other = (entry['cells'] for entry in summary['models'])
+    assert [cell['difference'] for cell in comparison['cells']] == pytest.approx(
+        [one['success_rate'] - two['success_rate'] for one, two in zip(own, other)])
+    table = (tmp_path / 'out' / 'comparison.md').read_text()
+    assert '| scenario | case | orca | untrained |' in table
+
+
+def test_two_files_of_one_name_get_folders_of_their_own(scenario, tmp_path, untrained):
+    run(scenario, tmp_path / 'out', '--model', untrained, untrained, '--case', 'none')
+
+    assert {path.name for path in (tmp_path / 'out').iterdir() if path.is_dir()} == {
+        'orca', 'untrained_2', 'untrained_3'}
+
+
+def test_people_may_be_told_to_see_the_robot(tmp_path):
+    """Two that go by ORCA give way to each other: a crowd that sees the robot meets it less."""
+    rates = []
+    for number, more in enumerate(([], ['--robot-visible'])):
+        main(['--model', 'orca', '--scenario', 'cross_path', '--case', 'dynamic', '--episodes',
+              '25', '--out', str(tmp_path / str(number)), '--figures', '0', *more])
+        summary = json.loads((tmp_path / str(number) / 'summary.json').read_text())
+        rates.append(summary['cells'][0]['collision_rate'])
+
+    assert rates[1] < 0.5 * rates[0]
+
+
 def test_the_tables_are_printed(scenario, tmp_path, capsys):
     run(scenario, tmp_path / 'out')
 
@@ -144,7 +220,8 @@ def test_a_folder_that_cannot_be_written_is_refused_before_any_work(scenario, tm
 
 @pytest.mark.parametrize('arguments', [
     ['--episodes', '0'], ['--episodes', 'many'], ['--seed', '-1'], ['--seed', '1.5'],
-    ['--workers', '0'], ['--horizons', '0'], ['--caution', '-1'], ['--colour']])
+    ['--workers', '0'], ['--horizons', '0'], ['--caution', '-1'], ['--figures', '-1'],
+    ['--colour']])
 def test_bad_usage_ends_with_status_2(arguments, tmp_path, capsys):
     with pytest.raises(SystemExit) as caught:
         main(['--out', str(tmp_path), *arguments])

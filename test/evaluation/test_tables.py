@@ -22,6 +22,7 @@ import json
 
 import numpy as np
 import pytest
+from wallnav_ros.evaluation.metrics import COMFORT
 from wallnav_ros.evaluation.tables import (
     cell_summary, COLUMNS, markdown, summarise, write_episodes)
 from wallnav_ros.simulation.rollout import EpisodeResult
@@ -32,7 +33,7 @@ pytestmark = pytest.mark.extras
 def result(outcome='goal', seed=0, time=10.0, length=8.0, agent=0.5, wall=1.0, **terms):
     return EpisodeResult('cross_path', 'mixed', seed, outcome, time, length, agent, wall,
                          {'R_g': 10.0 if outcome == 'goal' else 0.0, 'R_c': 0.0, **terms},
-                         np.zeros((2, 3)))
+                         np.zeros((2, 3)), np.array([0.3, 2.0]))
 
 
 CELL = [result(time=9.0, length=7.9, agent=np.inf), result(time=11.0, length=8.3),
@@ -115,10 +116,12 @@ def test_episodes_are_written_one_a_row_with_their_terms(tmp_path):
 
     with open(tmp_path / 'episodes.csv', newline='') as stream:
         header, *rows = csv.reader(stream)
-    assert header == [*COLUMNS, 'R_g', 'R_c']
-    assert rows[0] == ['0', 'cross_path', 'mixed', 'goal', '9', '7.9', 'inf', '1', '10', '0']
+    assert header == [*COLUMNS, *COMFORT, 'R_g', 'R_c']
+    # In one of two steps somebody was nearer than 0.45 m, and so than 1.2 m.
+    assert rows[0] == ['0', 'cross_path', 'mixed', 'goal', '9', '7.9', 'inf', '1', '0', '4.5',
+                       '4.5', '10', '0']
     assert rows[3] == ['0', 'cross_path', 'mixed', 'collision', '3', '2', '-0.1', '1', '0',
-                       '-0.5']
+                       '1.5', '1.5', '0', '-0.5']
     assert len(rows) == 5
 
 
@@ -128,11 +131,13 @@ def test_tables_show_every_cell_with_its_interval():
     lines = markdown(summary).splitlines()
 
     rows = [line for line in lines if line.startswith('| cross_path | mixed |')]
-    assert len(rows) == 4      # two tables of two cells
+    assert len(rows) == 6      # three tables of two cells
     low, high = summary['cells'][0]['intervals_95']['success_rate']
     assert f'60.0 ({100 * low:.1f}–{100 * high:.1f}) | 20.0 | 0.0 | 20.0 | 10.00' in rows[0]
     assert rows[1].endswith('| – | – | – |')
+    # Gap to walls, jerk, and half of 9, 11, 10, 3 and 45 s in intimate and personal space.
+    assert rows[2] == '| cross_path | mixed | 1.00 | 0.00 | 7.80 | 7.80 |'
     # Total, R_g and R_c.
-    assert rows[2] == '| cross_path | mixed | 5.90 | 6.00 | -0.10 |'
-    columns = {line.count('|') for line in rows[2:]}
+    assert rows[4] == '| cross_path | mixed | 5.90 | 6.00 | -0.10 |'
+    columns = {line.count('|') for line in rows[4:]}
     assert columns == {next(line for line in lines if 'total' in line).count('|')}

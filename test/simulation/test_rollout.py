@@ -150,3 +150,21 @@ def test_greed_for_nearness_crosses_an_empty_junction_in_a_straight_line():
 
     assert result.outcome == 'goal'
     assert np.abs(result.path[:, 0]).max() < 1e-3
+
+
+def test_gaps_are_those_of_each_step_and_their_least_is_the_least_gap():
+    for result in run_episodes(episodes_of('cross_path', 'mixed', 4), Straight()):
+        assert len(result.gaps) == len(result.path) - 1
+        assert result.gaps.min() == result.min_gap_agent
+
+
+def test_only_the_watched_say_where_the_crowd_was():
+    episodes = episodes_of('cross_path', 'dynamic', 3)
+
+    results = run_episodes(episodes, Straight(), watched=2)
+
+    assert results[2].crowd is None
+    for episode, result in zip(episodes, results[:2]):
+        assert result.crowd.shape == (len(result.path), len(episode.radius), 2)
+        assert (result.crowd[0] == episode.start).all()
+        assert (result.crowd[-1] != episode.start).any()

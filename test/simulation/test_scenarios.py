@@ -320,3 +320,14 @@ def test_a_map_that_cannot_be_read_is_refused(write, tmp_path, name, line):
     (tmp_path / 'broken.yaml').write_text('image: gone.png\nresolution: 0.05\n')
 
     assert refusal(write({**changed('walls', None), 'map': name})).startswith(line)
+
+
+@pytest.mark.parametrize('name', ['cross_path', 'family'])
+def test_a_world_may_be_had_with_a_robot_that_people_see(name):
+    world = load_scenario(name)
+
+    assert not world.at(3).visible
+    assert world.seen(True).at(3).visible
+    assert not world.seen(True).seen(False).at(3).visible
+    assert (world.seen(True).at(3).walls.segments == world.at(3).walls.segments).all()
+    assert world.at(3) is world.at(3)

@@ -12,18 +12,21 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Measure a policy greedily over paired seeds, cell by cell.
+Measure policies greedily over paired seeds, cell by cell, and compare them.
 
-Paper section 7; writes summary.json, episodes.csv and tables.md.
+Paper section 7; writes summary.json, episodes.csv, tables.md and pictures of trajectories.
 """
 
 import argparse
+from dataclasses import replace
 import json
 from pathlib import Path
 import sys
 
+from wallnav_ros.evaluation.comparison import compare, comparison_markdown
 from wallnav_ros.evaluation.episodes import Campaign, load_policy, run_campaigns
 from wallnav_ros.evaluation.tables import markdown, summarise, write_episodes
+from wallnav_ros.evaluation.trajectory_figures import draw_cell
 from wallnav_ros.policy.value_function import WeightsError
 from wallnav_ros.simulation.scenarios import load_scenario, ScenarioError
 from wallnav_ros.world.files import atomic_write
@@ -32,8 +35,9 @@ from wallnav_ros.world.files import atomic_write
 def parse(arguments):
     """Return the parsed command line."""
     parser = argparse.ArgumentParser('evaluate', description=__doc__.strip().splitlines()[0])
-    parser.add_argument('--model', default='wallnav',
-                        help='weight file, the short name of a shipped one, or orca')
+    parser.add_argument('--model', nargs='+', action='extend', metavar='MODEL',
+                        help='weight file, the short name of a shipped one, or orca; the first '
+                             'of several is compared with the others (default: wallnav)')
     parser.add_argument('--scenario', nargs='+', default=['curve_path', 'cross_path'],
                         help='scenario files or short names (default: both paths of the paper)')
     parser.add_argument('--case', default='all', help='a case of the scenarios, or all')
@@ -44,6 +48,10 @@ def parse(arguments):
                         help="decision rule (default: the model's own; 1 is the paper's)")
     parser.add_argument('--caution', type=_seconds, metavar='S',
                         help="decision rule (default: the model's own; 0 is the paper's)")
+    parser.add_argument('--robot-visible', action='store_true',
+                        help='people see the robot and give way (default: what a scenario says)')
+    parser.add_argument('--figures', type=_natural, default=6, metavar='N',
+                        help='episodes of each cell to draw (default: 6)')
     parser.add_argument('--out', required=True, help='folder for the results')
     parser.add_argument('--workers', type=_positive, default=1, help='processes')
     parser.add_argument('--json', metavar='FILE', help='also write the summary here')
@@ -53,30 +61,74 @@ def parse(arguments):
 def main(arguments=None):
     """Run the command; returns its exit status."""
     options = parse(arguments)
-    out = Path(options.out)
+    out, models = Path(options.out), options.model or ['wallnav']
     try:
         # First: a folder that cannot be written should not cost an evaluation.
         out.mkdir(parents=True, exist_ok=True)
-        load_policy(options.model, options.horizons, options.caution)
-        campaigns = [
-            Campaign(options.model, name, case,
-                     range(options.seed, options.seed + options.episodes),
-                     options.horizons and tuple(options.horizons), options.caution)
-            for name in options.scenario for case in _cases(name, options.case)]
+        for model in models:
+            load_policy(model, options.horizons, options.caution)
+        campaigns = [campaign for model in models for campaign in _campaigns(options, model)]
         results = run_campaigns(campaigns, options.workers)
     except (OSError, ScenarioError, WeightsError) as error:
         print(f'evaluate: {error}', file=sys.stderr)
         return 2
-    summary = summarise(options.model, options.seed, results)
+    cells = len(campaigns) // len(models)
+    parts = [slice(start, start + cells) for start in range(0, len(campaigns), cells)]
+    summaries = [
+        _report(options, out if len(models) == 1 else out / folder, campaigns[part], results[part])
+        for folder, part in zip(_folders(models), parts)]
+    summary = summaries[0]
+    if len(models) > 1:
+        comparisons = [compare(results[parts[0]], results[part]) for part in parts[1:]]
+        summary = summary | {'models': summaries, 'comparisons': [
+            {'model': models[0], 'against': model, **comparison}
+            for model, comparison in zip(models[1:], comparisons)]}
+        _write(out / 'summary.json', json.dumps(summary, indent=2))
+        tables = comparison_markdown(summaries, comparisons)
+        _write(out / 'comparison.md', tables)
+        print(tables)
+    if options.json:
+        _write(options.json, json.dumps(summary, indent=2))
+    return 0
+
+
+def _campaigns(options, model):
+    """Return one Campaign per cell."""
+    seeds = range(options.seed, options.seed + options.episodes)
+    own = Campaign(model, '', '', seeds, options.horizons and tuple(options.horizons),
+                   options.caution, True if options.robot_visible else None, options.figures)
+    return [replace(own, scenario=name, case=case) for name in options.scenario
+            for case in _cases(name, options.case)]
+
+
+def _report(options, out, campaigns, results):
+    """Write what is known of one model to `out`; returns its summary."""
+    model = campaigns[0].model
+    summary = summarise(model, options.seed, results)
     write_episodes(out / 'episodes.csv', [result for cell in results for result in cell])
     tables = markdown(summary)
-    for path in [out / 'summary.json', *([options.json] if options.json else [])]:
-        with atomic_write(path) as stream:
-            json.dump(summary, stream, indent=2)
-    with atomic_write(out / 'tables.md') as stream:
-        stream.write(tables)
+    _write(out / 'summary.json', json.dumps(summary, indent=2))
+    _write(out / 'tables.md', tables)
+    for campaign, cell in zip(campaigns, results):
+        drawn = cell[:options.figures]
+        if drawn:
+            draw_cell(out / f'{cell[0].scenario}_{cell[0].case}.png',
+                      campaign.episodes([result.seed for result in drawn]), drawn,
+                      f'{Path(model).stem} on {cell[0].scenario}, {cell[0].case}')
     print(tables)
-    return 0
+    return summary
+
+
+def _folders(models):
+    """Return a folder name for each model, numbered where two would share one."""
+    names = [Path(model).stem for model in models]
+    return [name if names.count(name) == 1 else f'{name}_{number + 1}'
+            for number, name in enumerate(names)]
+
+
+def _write(path, text):
+    with atomic_write(path) as stream:
+        stream.write(text)
 
 
 def _cases(name, case):

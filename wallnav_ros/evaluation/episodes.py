@@ -19,7 +19,6 @@ Paper section 7; the same seed gives the same results, whatever the number of wo
 
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from itertools import repeat
 import multiprocessing
 import os
 
@@ -47,6 +46,8 @@ class Campaign:
 
     model: weight file, its short name, or `orca`. scenario: file or short name.
     case: one of its cases. seeds: range. horizons, caution: None for the model's own rule.
+    visible: whether people see the robot; None for what the scenario says. watched: how many
+    of the first results say where the people were.
     """
 
     model: str
@@ -55,6 +56,15 @@ class Campaign:
     seeds: range
     horizons: tuple = None
     caution: float = None
+    visible: bool = None
+    watched: int = 0
+
+    def episodes(self, seeds):
+        """Return the drawn episodes of `seeds`."""
+        scenario = load_scenario(self.scenario)
+        if self.visible is not None:
+            scenario = scenario.seen(self.visible)
+        return [draw_episode(scenario, self.case, seed) for seed in seeds]
 
 
 def load_policy(model, horizons=None, caution=None):
@@ -103,6 +113,5 @@ def _collect(batches, jobs, results, bar):
 def _run_batch(job):
     campaign, seeds = job
     policy = load_policy(campaign.model, campaign.horizons, campaign.caution)
-    scenario = load_scenario(campaign.scenario)
-    episodes = list(map(draw_episode, repeat(scenario), repeat(campaign.case), seeds))
-    return run_episodes(episodes, policy)
+    watched = max(0, campaign.watched - (seeds.start - campaign.seeds.start))
+    return run_episodes(campaign.episodes(seeds), policy, watched=watched)

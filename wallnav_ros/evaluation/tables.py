@@ -22,6 +22,7 @@ import csv
 import numpy as np
 from scipy.stats import binomtest
 
+from wallnav_ros.evaluation.metrics import comfort, COMFORT, INTIMATE, PERSONAL
 from wallnav_ros.simulation.batch import OUTCOMES
 from wallnav_ros.world.files import atomic_write
 
@@ -47,6 +48,10 @@ def cell_summary(results):
     gaps = [result.min_gap_agent for result in results if np.isfinite(result.min_gap_agent)]
     cell['mean_min_gap_agent'] = _mean(gaps)
     cell['mean_min_gap_wall'] = _mean([result.min_gap_wall for result in results])
+    comforts = [comfort(result) for result in results]
+    for name in COMFORT:
+        key = name if name.startswith('mean') else f'mean_{name}'
+        cell[key] = _mean([figures[name] for figures in comforts])
     cell['intervals_95'] = intervals
     cell['reward_terms'] = {name: _mean([result.terms[name] for result in results])
                             for name in results[0].terms}
@@ -54,38 +59,64 @@ def cell_summary(results):
 
 
 def write_episodes(path, results):
-    """Write one CSV row per EpisodeResult: COLUMNS, then the reward terms."""
+    """Write one CSV row per EpisodeResult: COLUMNS, COMFORT, then the reward terms."""
     terms = list(results[0].terms)
     with atomic_write(path, newline='') as stream:
         writer = csv.writer(stream)
-        writer.writerow([*COLUMNS, *terms])
+        writer.writerow([*COLUMNS, *COMFORT, *terms])
         for result in results:
+            figures = comfort(result)
             writer.writerow([*(_text(getattr(result, name)) for name in COLUMNS),
+                             *(_text(figures[name]) for name in COMFORT),
                              *(_text(result.terms[name]) for name in terms)])
 
 
 def markdown(summary):
-    """Return the tables of a summary: rates with intervals, then the mean reward terms."""
-    lines = [f'# {summary["model"]}, {summary["cells"][0]["episodes"]} episodes a cell, '
-             f'seeds from {summary["seed"]}', '',
-             '| scenario | case | success % | collision % | wall % | timeout % | time s '
+    """Return the tables of a summary: rates with intervals, comfort, mean reward terms."""
+    cells = summary['cells']
+    return '\n'.join([
+        f'# {summary["model"]}, {cells[0]["episodes"]} episodes a cell, seeds from '
+        f'{summary["seed"]}', '', *_rate_table(cells), '', *_comfort_table(cells), '',
+        *_reward_table(cells), ''])
+
+
+def _rate_table(cells):
+    lines = ['| scenario | case | success % | collision % | wall % | timeout % | time s '
              '| path m | min gap to agents m |', '|---|---|---|---|---|---|---|---|---|']
-    for cell in summary['cells']:
-        low, high = cell['intervals_95']['success_rate']
-        rates = [f'{100 * cell["success_rate"]:.1f} ({100 * low:.1f}–{100 * high:.1f})',
-                 *(f'{100 * cell[rate]:.1f}' for rate in list(RATES)[1:])]
+    for cell in cells:
+        rates = [success_text(cell), *(f'{100 * cell[rate]:.1f}' for rate in list(RATES)[1:])]
         means = [_number(cell[name]) for name in ('mean_time', 'mean_path_length',
                                                   'mean_min_gap_agent')]
         row = ' | '.join([cell['scenario'], cell['case'], *rates, *means])
         lines.append(f'| {row} |')
-    terms = list(summary['cells'][0]['reward_terms'])
-    lines += ['', '| scenario | case | total | ' + ' | '.join(terms) + ' |',
-              '|---' * (len(terms) + 3) + '|']
-    for cell in summary['cells']:
+    return lines
+
+
+def _comfort_table(cells):
+    lines = ['| scenario | case | min gap to walls m | mean jerk m/s³ '
+             f'| s with people within {INTIMATE} m | within {PERSONAL} m |', '|---' * 6 + '|']
+    for cell in cells:
+        means = [_number(cell[name]) for name in (
+            'mean_min_gap_wall', 'mean_jerk', 'mean_intimate_time', 'mean_personal_time')]
+        lines.append(f'| {cell["scenario"]} | {cell["case"]} | ' + ' | '.join(means) + ' |')
+    return lines
+
+
+def _reward_table(cells):
+    terms = list(cells[0]['reward_terms'])
+    lines = ['| scenario | case | total | ' + ' | '.join(terms) + ' |',
+             '|---' * (len(terms) + 3) + '|']
+    for cell in cells:
         values = [sum(cell['reward_terms'].values()), *cell['reward_terms'].values()]
         lines.append(f'| {cell["scenario"]} | {cell["case"]} | '
                      + ' | '.join(f'{value:.2f}' for value in values) + ' |')
-    return '\n'.join(lines) + '\n'
+    return lines
+
+
+def success_text(cell):
+    """Return the success rate of a cell's summary and its interval, in percent."""
+    low, high = cell['intervals_95']['success_rate']
+    return f'{100 * cell["success_rate"]:.1f} ({100 * low:.1f}–{100 * high:.1f})'
 
 
 def summarise(model, seed, results):

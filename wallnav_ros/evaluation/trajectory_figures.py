@@ -29,6 +29,7 @@ from wallnav_ros.world.files import atomic_write
 
 TICK = 2.0             # s between two discs that show where everybody was
 MARGIN = 0.5           # m around everything that is shown
+LEGEND = f'discs every {TICK:g} s, light to dark; grey: standing people'
 ROBOT, GOAL, STANDING = '#1650b0', '#1a8f3c', '#8a8a8a'
 # Matplotlib's tableau colours but blue and grey, which mean the robot and standing people.
 WALKERS = ('#ff7f0e', '#2ca02c', '#d62728', '#9467bd', '#8c564b', '#e377c2', '#bcbd22', '#17becf')
@@ -43,20 +44,67 @@ def draw_trajectories(path, walls, trajectories, title):
     all in metres and seconds, as in the results of `drive`. title: what happened, in words.
     """
     figure = Figure(figsize=(8.0, 8.6), layout='constrained')
-    FigureCanvasAgg(figure)
     axes = figure.add_subplot()
+    _draw_episode(axes, walls, trajectories)
+    axes.set_title(title, fontsize=11)
+    axes.set_xlabel(f'x (m)        {LEGEND}')
+    axes.set_ylabel('y (m)')
+    _write(figure, path, dpi=110)
+
+
+def draw_cell(path, episodes, results, title):
+    """
+    Write a picture of the first episodes of a cell to `path` (PNG).
+
+    episodes, results: drawn Episodes and their EpisodeResults, which say where the crowd was.
+    """
+    draw_grid(path, [
+        (episode.scenario.walls.segments, _trajectories(episode, result),
+         f'seed {result.seed}: {result.outcome.replace("_", " ")} after {result.time:.1f} s')
+        for episode, result in zip(episodes, results)], title)
+
+
+def _trajectories(episode, result):
+    robot = episode.robot
+    return {'times': np.linspace(0.0, result.time, len(result.path)), 'robot': result.path,
+            'agents': result.crowd, 'agent_radius': episode.radius,
+            'agent_walks': episode.speed > 0.0, 'radius': robot.radius, 'start': robot.pose,
+            'goal': robot.goal}
+
+
+def draw_grid(path, panels, title):
+    """
+    Write a picture of several episodes side by side to `path` (PNG).
+
+    panels: (walls, trajectories, title) of each, as for `draw_trajectories`.
+    """
+    columns = min(3, len(panels))
+    rows = -(-len(panels) // columns)
+    figure = Figure(figsize=(4.2 * columns, 4.4 * rows + 0.6), layout='constrained')
+    for number, (walls, trajectories, caption) in enumerate(panels):
+        axes = figure.add_subplot(rows, columns, number + 1)
+        _draw_episode(axes, walls, trajectories)
+        axes.set_title(caption, fontsize=10)
+        axes.tick_params(labelsize=7)
+    figure.suptitle(title, fontsize=12)
+    figure.supxlabel(f'x and y in m; {LEGEND}', fontsize=9)
+    _write(figure, path, dpi=90)
+
+
+def _draw_episode(axes, walls, trajectories):
     axes.add_collection(LineCollection(np.asarray(walls), colors='black', linewidths=2.0))
     times = np.asarray(trajectories['times'])
     moments = _moments(times)
     _draw_agents(axes, trajectories, times, moments)
     _draw_robot(axes, trajectories, times, moments)
     _frame(axes, walls, trajectories)
-    axes.set_title(title, fontsize=11)
-    axes.set_xlabel(f'x (m)        discs every {TICK:g} s, light to dark; grey: standing people')
-    axes.set_ylabel('y (m)')
+
+
+def _write(figure, path, dpi):
+    FigureCanvasAgg(figure)
     # Drawn in memory first, so that a picture on disk is always a whole one.
     picture = BytesIO()
-    figure.savefig(picture, format='png', dpi=110)
+    figure.savefig(picture, format='png', dpi=dpi)
     with atomic_write(path, 'wb') as stream:
         stream.write(picture.getvalue())
 

@@ -18,7 +18,7 @@ What a policy must have met to serve maps it has never seen (docs/scenarios.md).
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from zlib import crc32
@@ -56,6 +56,11 @@ class Family:
         """Return the most agents that may stand and walk in any of its worlds."""
         return {'none': (0, 0), 'static': (MOST_AGENTS // 2, 0), 'dynamic': (0, MOST_AGENTS),
                 'mixed': (MOST_AGENTS // 3, MOST_AGENTS // 2)}[case]
+
+    def seen(self, visible):
+        """Return this Family with a robot that is `visible` to the crowd, or is not."""
+        robot = self.document.get('robot', {}) | {'visible': visible}
+        return replace(self, document=self.document | {'robot': robot})
 
     def at(self, seed):
         """Return the Scenario of `seed`, the same whoever asks and whenever."""

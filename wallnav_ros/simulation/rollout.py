@@ -32,6 +32,8 @@ class EpisodeResult:
 
     outcome: a name of OUTCOMES. time: s. path_length, min_gap_agent, min_gap_wall: m.
     terms: {reward term: sum over the episode}. path: (T + 1, 3) robot poses.
+    gaps: (T,) m, least gap to any agent in each step. crowd: (T + 1, N, 2) m, where the agents
+    were, or None where that was not asked for.
     """
 
     scenario: str
@@ -44,6 +46,8 @@ class EpisodeResult:
     min_gap_wall: float
     terms: dict
     path: np.ndarray
+    gaps: np.ndarray
+    crowd: np.ndarray = None
 
 
 class GreedyPolicy:
@@ -61,16 +65,19 @@ class GreedyPolicy:
         return scores.argmax(axis=1)
 
 
-def run_episodes(episodes, policy, time_step=0.25, reward='R4'):
+def run_episodes(episodes, policy, time_step=0.25, reward='R4', watched=0):
     """
     Run `episodes` side by side to their ends and return an EpisodeResult for each.
 
-    `policy(batch, rows, field)` returns action indices and has an `actions` ActionSet.
+    `policy(batch, rows, field)` returns action indices and has an `actions` ActionSet. The
+    results of the first `watched` episodes also say where the agents were.
     """
     batch = EpisodeBatch(episodes, time_step)
     every = np.arange(len(episodes))
     commands_of = policy.actions.commands(batch.robot(every).preferred_speed)
-    paths, sums = [batch.robot(every).pose], {}
+    paths, gaps, sums = [batch.robot(every).pose], [], {}
+    seen = every[:watched]
+    crowds = [batch.agents(seen).position]
     while (batch.outcome == RUNNING).any():
         running = batch.outcome == RUNNING
         action = np.zeros(len(episodes), dtype=int)
@@ -80,11 +87,15 @@ def run_episodes(episodes, policy, time_step=0.25, reward='R4'):
         for name, value in reward_terms(reward, facts).items():
             sums[name] = sums.get(name, 0.0) + np.where(running, value, 0.0)
         paths.append(batch.robot(every).pose)
-    paths = np.stack(paths, axis=1)
+        gaps.append(facts.agent_gap)
+        crowds.append(batch.agents(seen).position)
+    paths, gaps, crowds = (np.stack(part, axis=1) for part in (paths, gaps, crowds))
     steps = np.round(batch.time / time_step).astype(int)
     return [EpisodeResult(
         episode.scenario.name, episode.case, episode.seed, OUTCOMES[batch.outcome[row]],
         float(batch.time[row]), float(batch.path_length[row]), float(batch.min_gap_agent[row]),
         float(batch.min_gap_wall[row]),
         {name: float(value[row]) for name, value in sums.items()},
-        paths[row, :steps[row] + 1]) for row, episode in enumerate(episodes)]
+        paths[row, :steps[row] + 1], gaps[row, :steps[row]],
+        crowds[row, :steps[row] + 1, :len(episode.radius)] if row < watched else None)
+        for row, episode in enumerate(episodes)]

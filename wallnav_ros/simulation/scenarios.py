@@ -17,7 +17,7 @@ Scenario files: a world, a robot's task and the cases that people it.
 Paper section 1 (world); the file format is in docs/scenarios.md.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
 import reprlib
@@ -85,6 +85,10 @@ class Scenario:
         """Return the Scenario of episode `seed`: itself, where a Family draws one."""
         return self
 
+    def seen(self, visible):
+        """Return this Scenario with a robot that is `visible` to the crowd, or is not."""
+        return _seen(self, visible)
+
     def counts(self, case):
         """Return how many agents stand and walk in `case`; ScenarioError lists the cases."""
         if case not in self.cases:
@@ -114,6 +118,11 @@ class Scenario:
     def _polygon_starts(self):
         sizes = [len(polygon) for polygon in self.polygons]
         return np.cumsum([0, *sizes[:-1]])
+
+
+@lru_cache(maxsize=64)
+def _seen(scenario, visible):
+    return replace(scenario, visible=visible)
 
 
 @lru_cache(maxsize=64)
