@@ -17,12 +17,21 @@ The train command: from a configuration to weights, and refusals in one line.
 Paper algorithm 1, in small.
 """
 
+import csv
+
+import numpy as np
 import pytest
 from wallnav_ros.commands.train import main
+from wallnav_ros.evaluation.baselines import BASELINES
+from wallnav_ros.evaluation.episodes import load_policy
 from wallnav_ros.policy.value_function import load_value_function
+from wallnav_ros.simulation.episodes import draw_episode
+from wallnav_ros.simulation.rollout import run_episodes
+from wallnav_ros.simulation.scenarios import load_scenario
 import yaml
 
 pytest.importorskip('torch')
+load_settings = pytest.importorskip('wallnav_ros.learning.settings').load_settings
 
 pytestmark = pytest.mark.extras
 
@@ -59,6 +68,40 @@ def test_a_finished_run_may_be_resumed(config, tmp_path):
     assert main([*command, '--resume']) == 0
 
     assert (tmp_path / 'out' / 'tiny.npz').read_bytes() == before
+
+
+def test_settings_may_be_changed_for_one_run(config, tmp_path):
+    assert main(['--config', str(config), '--out', str(tmp_path / 'out'), '--set', 'name=other',
+                 'reward=R1', '--set', 'without=[attention]']) == 0
+
+    weights = load_value_function(tmp_path / 'out' / 'other.npz')
+    assert weights.metadata['reward'] == 'R1'
+    assert weights.metadata['training']['settings']['without'] == ['attention']
+    assert (weights.tensors['attention.1.weight'] == 0.0).all()
+
+
+@pytest.mark.parametrize('name', BASELINES)
+def test_a_baseline_becomes_weights_that_evaluate_runs(config, tmp_path, name):
+    assert main(['--config', str(config), '--out', str(tmp_path / 'out'), '--set',
+                 f'kind={name}', 'evaluation_episodes=2']) == 0
+
+    policy = load_policy(str(tmp_path / 'out' / 'tiny.npz'))
+    scenario = load_scenario(str(tmp_path / 'hall.yaml'))
+    episodes = [draw_episode(scenario, 'none', 1000000 + number) for number in range(2)]
+    results = run_episodes(episodes, policy)
+    with open(tmp_path / 'out' / 'evaluation.csv', newline='') as stream:
+        row = list(csv.DictReader(stream))[-1]
+    # NumPy now, torch then: the same drive.
+    assert np.mean([result.path_length for result in results]) == pytest.approx(
+        float(row['path_length']), rel=1e-3)
+
+
+@pytest.mark.parametrize('name', BASELINES)
+def test_the_shipped_configuration_of_a_baseline_is_of_its_kind(repository, name):
+    settings = load_settings(repository / 'params' / 'training' / f'{name}.yaml')
+
+    assert (settings.name, settings.kind) == (name, name)
+    assert (settings.horizons, settings.decision_horizons, settings.caution) == ((1,), (1,), 0.0)
 
 
 def refusal(capsys, *arguments):

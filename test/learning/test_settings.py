@@ -20,6 +20,7 @@ Paper section 6.
 from dataclasses import fields
 
 import pytest
+from wallnav_ros.learning.kinds import KINDS
 from wallnav_ros.learning.settings import load_settings, SettingsError, TrainSettings
 import yaml
 
@@ -106,6 +107,9 @@ def test_a_document_that_is_no_mapping_is_refused(write, text):
     ('network', {'mlp1': [8]}, 'network: expected layer widths'),
     ('network', {'mlp1': [8], 'mlp2': [8], 'attention': [1], 'mlp3': [1]},
      'network: expected layer widths'),
+    ('kind', 'perceptron', 'kind: expected one of three_mlp, cadrl'),
+    ('without', ['legs'], 'without: expected some of walls, attention'),
+    ('without', [['walls']], 'without: expected some of walls, attention'),
     ('learning_rate', 0, 'learning_rate: expected a number above 0, got 0'),
     ('time_step', float('inf'), 'time_step: expected a number above 0'),
     ('discount', 1.1, 'discount: expected a number from 0 to 1, got 1.1'),
@@ -123,3 +127,39 @@ def test_a_fault_is_named_by_file_field_and_fix(write, key, value, line):
 def test_no_setting_takes_just_anything(write, key):
     """A value of a wrong type is refused by name, for settings added later too."""
     assert refusal(write({key: None})).startswith(f'{key}: expected ')
+
+
+@pytest.mark.parametrize('kind', KINDS)
+def test_a_kind_brings_its_own_layer_sizes_and_checks_others(write, kind):
+    assert load_settings(write({'kind': kind})).network == KINDS[kind].sizes
+    assert refusal(write({'kind': kind, 'network': {'layers': [8]}})).startswith(
+        'network: expected layer widths for ')
+
+
+def test_only_ours_has_walls_to_take_out(write):
+    assert load_settings(write({'without': ['walls', 'attention']})).without == (
+        'walls', 'attention')
+    assert refusal(write({'kind': 'sarl', 'without': ['walls']})).startswith('without: ')
+
+
+def test_changes_replace_what_the_file_says(write):
+    path = write({'reward': 'R4', 'seed': 3})
+
+    settings = load_settings(path, ['reward=R1', 'without=[walls]', 'horizons=[1]',
+                                    'cases={none: 1}'])
+
+    assert (settings.reward, settings.seed, settings.without, settings.horizons,
+            settings.cases) == ('R1', 3, ('walls',), (1,), {'none': 1})
+
+
+@pytest.mark.parametrize('change, line', [
+    ('reward', '--set reward: expected KEY=VALUE'),
+    ('cases={', '--set cases={: the value is not valid YAML'),
+    ('colour=red', 'colour: unknown'),
+    ('reward=R9', 'reward: expected one of R1')])
+def test_a_change_that_cannot_be_used_is_refused(write, change, line):
+    with pytest.raises(SettingsError) as caught:
+        load_settings(write(''), [change])
+
+    assert line in str(caught.value)
+    assert str(caught.value).count(chr(10)) == 0

@@ -33,6 +33,9 @@ def parse(arguments):
                         help='folder for checkpoints, logs, curves and the exported weights')
     parser.add_argument('--resume', action='store_true',
                         help='go on from the checkpoint in --out')
+    parser.add_argument('--set', nargs='+', action='extend', default=[], metavar='KEY=VALUE',
+                        help='settings that replace what the file says, such as reward=R1 or '
+                             '"without=[walls]"')
     parser.add_argument('--device', default='cpu', help='torch device (default: cpu)')
     return parser.parse_args(arguments)
 
@@ -50,7 +53,8 @@ def main(arguments=None):
         print(f'train: {error.name} is not installed: pip install {error.name}', file=sys.stderr)
         return 2
     try:
-        settings = load_settings(find_asset('params/training', options.config, '.yaml'))
+        settings = load_settings(find_asset('params/training', options.config, '.yaml'),
+                                 options.set)
         device = prepare_device(options.device)
         Path(options.out).mkdir(parents=True, exist_ok=True)
         weights = Trainer(settings, options.out, device).run(resume=options.resume)

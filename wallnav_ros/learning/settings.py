@@ -21,6 +21,7 @@ from dataclasses import dataclass, field, fields
 import math
 import reprlib
 
+from wallnav_ros.learning.ablation import ABLATIONS
 from wallnav_ros.learning.kinds import KINDS
 from wallnav_ros.learning.networks import SIZES
 from wallnav_ros.policy.rewards import REWARDS
@@ -64,8 +65,10 @@ class TrainSettings:
     caution: float = 0.15
     # lambda of the returns: 1 pays what really happened, 0 what the network expects.
     trace: float = 0.9
-    # The kind of network, one of learning.kinds, and its layer widths.
+    # The kind of network, one of learning.kinds, its layer widths, and what is taken out of it
+    # to see what that is worth: walls, attention.
     kind: str = 'three_mlp'
+    without: tuple = ()
     network: dict = field(default_factory=lambda: dict(SIZES))
     imitation_episodes: int = 1000
     imitation_updates: int = 2000
@@ -88,8 +91,12 @@ class TrainSettings:
     evaluation_seed: int = 1000000
 
 
-def load_settings(path):
-    """Read TrainSettings from a YAML file; SettingsError names file, field and fix."""
+def load_settings(path, changes=()):
+    """
+    Read TrainSettings from a YAML file; SettingsError names file, field and fix.
+
+    changes: texts KEY=VALUE, the value in YAML, which replace what the file says.
+    """
     try:
         with open(path) as stream:
             document = yaml.safe_load(stream) or {}
@@ -100,6 +107,14 @@ def load_settings(path):
         raise SettingsError(f'{path}: not valid YAML: {" ".join(str(error).split())}') from None
     if not isinstance(document, dict):
         raise SettingsError(f'{path}: expected a mapping of settings')
+    for change in changes:
+        key, sign, value = change.partition('=')
+        if not sign:
+            raise SettingsError(f'--set {change}: expected KEY=VALUE')
+        try:
+            document[key] = yaml.safe_load(value)
+        except (yaml.YAMLError, ValueError, RecursionError):
+            raise SettingsError(f'--set {change}: the value is not valid YAML') from None
     known = {entry.name: entry.type for entry in fields(TrainSettings)}
     values = {}
     for key, value in document.items():
@@ -142,6 +157,9 @@ def _expectations(settings):
     yield 'reward', settings.reward in REWARDS, f'one of {", ".join(REWARDS)}'
     for key in ('horizons', 'decision_horizons'):
         yield key, _counts(getattr(settings, key)), 'a list of steps, each 1 or more'
+    yield 'without', all(part in ABLATIONS for part in settings.without) and (
+        settings.kind == 'three_mlp' or not settings.without), (
+        f'some of {", ".join(ABLATIONS)}, and kind three_mlp')
     yield 'network', sizes_fit(settings.network, KINDS[settings.kind].layers), (
         expected_sizes(KINDS[settings.kind].layers))
     for key in ('time_step', 'max_turn_rate', 'learning_rate', 'final_learning_rate'):

@@ -28,6 +28,7 @@ import numpy as np
 import torch
 from tqdm import tqdm
 
+from wallnav_ros.learning.ablation import ablate
 from wallnav_ros.learning.checkpoints import (
     CheckpointError, FILE, load_checkpoint, save_checkpoint)
 from wallnav_ros.learning.experience import Demonstrator, Explorer, gather
@@ -69,6 +70,7 @@ class Trainer:
         kind = KINDS[settings.kind]
         self.sight = kind.sight
         self.network = kind.build(settings.network).to(self.device)
+        ablate(self.network, settings.without)
         self.target = copy.deepcopy(self.network)
         self.optimizer = torch.optim.Adam(self.network.parameters(), settings.learning_rate)
         self.memory = ReplayMemory(settings.memory, self.sight)
