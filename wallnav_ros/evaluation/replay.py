@@ -172,7 +172,9 @@ class _Log:
         """Note a Status if it follows from a new Plan or is a new reason to stand."""
         decision = status.stop.cause if status.stop else status.state
         if decision != self._decision or (plan is not None and plan is not self._plan):
-            self._commands.append((stamp, status.command, decision))
+            # What was decided: the ramp towards it is for a base that follows.
+            command = status.command if status.stop or plan is None else plan.command
+            self._commands.append((stamp, command, decision))
         self._decision, self._plan = decision, plan
 
     def replay(self, scan_ms, decision_ms, left_out):

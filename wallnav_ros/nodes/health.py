@@ -23,9 +23,16 @@ from diagnostic_msgs.msg import DiagnosticStatus
 import numpy as np
 
 from wallnav_ros.nodes.conversions import diagnostic_status
+from wallnav_ros.nodes.parameters import declare
 
 # Standing for these reasons is as it should be; any other calls for a person's eye.
 EXPECTED = ('no_goal', 'goal_reached', 'planning', 'shutdown')
+
+
+def declare_diagnostics_period(node):
+    """Return the seconds between two messages of `node` on `diagnostics`; raises ValueError."""
+    return declare(node, 'diagnostics_period', 1.0, 's between two messages on diagnostics',
+                   (0.01, 60.0))
 
 
 class Latencies:

@@ -45,7 +45,6 @@ from wallnav_ros.nodes.runner import run
 from wallnav_ros.nodes.topics import advertise, LATCHED, RELIABLE, SENSOR, subscribe, unheard_kind
 from wallnav_ros.nodes.transforms import find_frames
 
-DIAGNOSTICS_PERIOD = 1.0      # s, also published whenever the reason for standing changes
 FAREWELL = Duration(seconds=0.5)      # longest wait for the last command to be acknowledged
 
 
@@ -69,7 +68,7 @@ class PolicyNode(Node):
         # A steady clock: a ROS clock that stands still would silence the watchdogs too.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(1.0 / self.options.control_rate, self._step, clock=steady)
-        self.create_timer(DIAGNOSTICS_PERIOD, self._check_up, clock=steady)
+        self.create_timer(self.options.diagnostics_period, self._check_up, clock=steady)
         self._display.start()
 
     def close(self):
@@ -212,7 +211,8 @@ class PolicyNode(Node):
         decision = TwistStamped(header=Header(
             stamp=convert.time_message(plan.stamp),
             frame_id=self.navigator.localisation.base_frame))
-        decision.twist = convert.twist_message(self._status.command)
+        # The decision itself: the ramp towards it is for the base alone.
+        decision.twist = convert.twist_message(np.zeros(2) if plan.stop else plan.command)
         self._decision_publisher.publish(decision)
         self._latencies['processing'].add(monotonic() - received)
         self._latencies['scan_to_command'].add(self._now() - plan.stamp)

@@ -24,6 +24,7 @@ from rcl_interfaces.msg import SetParametersResult
 from wallnav_ros.navigation.localisation import Localisation
 from wallnav_ros.navigation.navigator import Navigator
 from wallnav_ros.navigation.plans import NavigatorSettings
+from wallnav_ros.nodes.health import declare_diagnostics_period
 from wallnav_ros.nodes.parameters import declare, declare_pose, declare_settings
 from wallnav_ros.perception.settings import TrackerSettings
 from wallnav_ros.perception.tracking import Tracker
@@ -79,6 +80,7 @@ class Options:
     map: str  # noqa: A003
     stamped: bool
     control_rate: float
+    diagnostics_period: float
     wall_min_size: float
 
 
@@ -89,6 +91,7 @@ def declare_options(node):
         stamped=declare(node, 'enable_stamped_cmd_vel', False,
                         'publish TwistStamped instead of Twist'),
         control_rate=declare(node, 'control_rate', 20.0, 'commands a second', (5.0, 200.0)),
+        diagnostics_period=declare_diagnostics_period(node),
         wall_min_size=declare(node, 'wall_min_size', 0.1,
                               'm; smaller specks of the map are no walls', (0.0, 10.0)))
 

@@ -34,7 +34,7 @@ from wallnav_ros.mapping.occupancy_map import load_map
 from wallnav_ros.mapping.wall_extraction import extract_walls
 from wallnav_ros.navigation.localisation import Localisation, MAP
 from wallnav_ros.nodes import conversions as convert
-from wallnav_ros.nodes.health import Latencies
+from wallnav_ros.nodes.health import declare_diagnostics_period, Latencies
 from wallnav_ros.nodes.markers import track_markers
 from wallnav_ros.nodes.parameters import declare, declare_pose, declare_settings
 from wallnav_ros.nodes.runner import run
@@ -45,9 +45,6 @@ from wallnav_ros.perception.tracking import Tracker
 from wallnav_ros.world.distance_field import DistanceField
 from wallnav_ros.world.geometry import compose, invert
 from wallnav_ros.world.tracks import HUMAN
-
-
-DIAGNOSTICS_PERIOD = 1.0      # s
 
 
 class ScanTrackerNode(Node):
@@ -63,10 +60,11 @@ class ScanTrackerNode(Node):
         self._wait = declare(self, 'odom_wait', 2.0,
                              's to wait for odometry before tracking in the laser frame',
                              (0.0, 60.0))
+        period = declare_diagnostics_period(self)
         self._walls = None
         self._first_scan = self._has_odometry = None
         self._tracks, self._frame = None, ''
-        self._scans, self._latency = 0, Latencies()
+        self._scans, self._odometry, self._latency = 0, 0, Latencies()
         map_file = declare(self, 'map', '', 'YAML file of the map; empty: take it from topic map')
         if map_file:
             self._use_map(load_map(map_file))
@@ -75,8 +73,7 @@ class ScanTrackerNode(Node):
         self._marker_publisher = advertise(self, MarkerArray, 'markers', RELIABLE)
         self._diagnostics_publisher = advertise(self, DiagnosticArray, 'diagnostics', RELIABLE)
         self._subscribe(bool(map_file))
-        self.create_timer(DIAGNOSTICS_PERIOD, self._report,
-                          clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self.create_timer(period, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _subscribe(self, has_map):
         for topic in self._mounts:
@@ -95,7 +92,9 @@ class ScanTrackerNode(Node):
             return
         self.place.odom_frame = convert.frame_name(message.header.frame_id) or 'odom'
         self.place.base_frame = convert.frame_name(message.child_frame_id) or 'base_link'
-        if not self.place.add_odometry(stamp, pose, velocity):
+        if self.place.add_odometry(stamp, pose, velocity):
+            self._odometry += 1
+        else:
             self.rejected['odom: out of order'] += 1
 
     def _take_fix(self, message):
@@ -184,7 +183,8 @@ class ScanTrackerNode(Node):
         people = 0 if self._tracks is None else int((self._tracks.label == HUMAN).sum())
         total = 0 if self._tracks is None else len(self._tracks)
         walls = self._walls_in_odom()
-        values = {'scans': self._scans, 'tracks': total, 'humans': people, 'frame': self._frame,
+        values = {'scans': self._scans, 'odometry_count': self._odometry, 'tracks': total,
+                  'humans': people, 'frame': self._frame,
                   'walls': 'none' if walls is None else 'subtracted',
                   'resets': self.tracker.resets, 'rejected': sum(self.rejected.values()),
                   **self._latency.values('scan_to_tracks'),
