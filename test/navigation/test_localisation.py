@@ -113,3 +113,11 @@ def test_what_is_in_the_state_frame_can_be_brought_into_the_odometrys():
     place = Localisation(np.array([1.0, 2.0, QUARTER]))
     np.testing.assert_allclose(place.in_odom(np.array([1.0, 3.0, QUARTER])), [1.0, 0.0, 0.0],
                                atol=1e-12)
+
+
+def test_a_late_message_from_before_the_clock_was_set_back_does_not_hold_up_localisation():
+    place = Localisation()
+    place.add_odometry(200.0, np.zeros(3), np.zeros(2))
+    place.add_odometry(100.0, np.zeros(3), np.zeros(2))
+    place.add_fix(100.0, np.array([1.0, 2.0, 0.0]))
+    np.testing.assert_allclose(place.newest(), [1.0, 2.0, 0.0])

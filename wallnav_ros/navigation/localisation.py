@@ -67,9 +67,10 @@ class Localisation:
         """Take a pose (3,) and velocity (2,); returns whether it was in order."""
         if not self._poses.add(stamp, pose):
             return False
-        if self._last is None:
+        # A message from before the clock was set back may still come after it.
+        if self._last is None or stamp < self._first:
             self._first = stamp
-        else:
+        if self._last is not None:
             self.travelled += float(np.hypot(*(pose - self._last)[:2]))
         self._last, self.velocity = pose, velocity
         self._settle()

@@ -169,6 +169,7 @@ class PolicyNode(Node):
 
     def _take_map(self, message):
         self._stand(Stop('map_replaced', 'reading a new map'))
+        self._report()
         try:
             self._use_map(convert.map_from_message(message))
         except ValueError as error:
