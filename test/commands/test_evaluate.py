@@ -22,6 +22,7 @@ import json
 
 import numpy as np
 import pytest
+from refusals import refusal_by
 from wallnav_ros.commands.evaluate import main
 from wallnav_ros.policy import features as feature_set
 from wallnav_ros.policy.value_function import FORMAT, layer_shapes, ValueFunction
@@ -188,11 +189,7 @@ def test_the_tables_are_printed(scenario, tmp_path, capsys):
 
 def refusal(capsys, *arguments):
     """Return the one line with which the command ends at exit status 2."""
-    assert main(list(arguments)) == 2
-    error = capsys.readouterr().err
-    assert error.count('\n') == 1
-    assert error.startswith('evaluate: ')
-    return error[len('evaluate: '):].strip()
+    return refusal_by('evaluate', main, capsys, *arguments)
 
 
 def test_input_that_cannot_be_used_ends_with_status_2_and_one_line(scenario, tmp_path, capsys):

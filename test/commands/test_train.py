@@ -21,6 +21,7 @@ import csv
 
 import numpy as np
 import pytest
+from refusals import refusal_by
 from wallnav_ros.commands.train import main
 from wallnav_ros.evaluation.baselines import BASELINES
 from wallnav_ros.evaluation.episodes import load_policy
@@ -106,11 +107,7 @@ def test_the_shipped_configuration_of_a_baseline_is_of_its_kind(repository, name
 
 def refusal(capsys, *arguments):
     """Return the one line with which the command ends at exit status 2."""
-    assert main(list(arguments)) == 2
-    error = capsys.readouterr().err
-    assert error.count('\n') == 1
-    assert error.startswith('train: ')
-    return error[len('train: '):].strip()
+    return refusal_by('train', main, capsys, *arguments)
 
 
 def test_input_that_cannot_be_used_ends_with_status_2_and_one_line(config, tmp_path, capsys):

@@ -20,6 +20,7 @@ Paper section 6.
 from dataclasses import fields
 
 import pytest
+from refusals import refusal_of
 from wallnav_ros.learning.kinds import KINDS
 from wallnav_ros.learning.settings import load_settings, SettingsError, TrainSettings
 import yaml
@@ -28,12 +29,7 @@ pytestmark = pytest.mark.extras
 
 
 def refusal(path):
-    with pytest.raises(SettingsError) as caught:
-        load_settings(path)
-    line = str(caught.value)
-    assert '\n' not in line
-    assert line.startswith(f'{path}: ')
-    return line[len(f'{path}: '):]
+    return refusal_of(SettingsError, load_settings, path)
 
 
 @pytest.fixture

@@ -20,6 +20,7 @@ from hypothesis import strategies as st
 from map_files import FIELDS, MISPLACED_MAPS, png, REAL_MAPS, write_map_files
 import numpy as np
 import pytest
+from refusals import refusal_of
 
 from wallnav_ros.mapping.occupancy_map import from_occupancy_grid, load_map, MapError
 
@@ -44,12 +45,7 @@ def cells_of(folder, pixels, **fields):
 
 def refusal(path):
     """Return the message with which the map at `path` is refused."""
-    with pytest.raises(MapError) as caught:
-        load_map(path)
-    message = str(caught.value)
-    assert '\n' not in message
-    assert message.startswith(f'{path}: ')
-    return message.removeprefix(f'{path}: ')
+    return refusal_of(MapError, load_map, path)
 
 
 # --- what the pixels mean ---

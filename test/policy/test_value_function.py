@@ -23,6 +23,7 @@ import zipfile
 
 import numpy as np
 import pytest
+from refusals import refusal_of
 
 from wallnav_ros.policy import features as feature_set
 from wallnav_ros.policy.features import Features
@@ -76,12 +77,7 @@ def write(path, metadata=None, **tensors):
 
 def refusal(path):
     """Return the line with which `path` is refused, having checked that it is one."""
-    with pytest.raises(WeightsError) as caught:
-        load_value_function(path)
-    line = str(caught.value)
-    assert '\n' not in line
-    assert line.startswith(f'{path}: ')
-    return line[len(f'{path}: '):]
+    return refusal_of(WeightsError, load_value_function, path)
 
 
 def reference(value_function, own, agents):
