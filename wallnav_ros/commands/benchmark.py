@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Measure every hot stage: tracking, decision, wall extraction, simulator, scan to command.
+Measure every hot stage, from the scan to the command, and episodes an hour.
 
 docs/benchmark.md explains the figures; quote ratios where the machine is shared.
 """
@@ -27,6 +27,7 @@ from tqdm import tqdm
 
 from wallnav_ros.commands import drive
 from wallnav_ros.evaluation import stages
+from wallnav_ros.evaluation.episodes import load_policy
 from wallnav_ros.policy.value_function import load_value_function, WeightsError
 from wallnav_ros.world.files import atomic_write, find_asset
 
@@ -57,6 +58,8 @@ def main(arguments=None):
              for agents in stages.CROWDS}
     jobs['wall extraction, 2736 x 1280 cells'] = stages.time_wall_extraction
     jobs['simulator step, 15 agents'] = stages.time_simulator
+    jobs['simulator step, 15 agents, 25 side by side'] = (
+        lambda: stages.time_simulator(episodes=25))
     if not options.without_dds:
         jobs['scan to command over DDS'] = lambda: _scan_to_command(options.model)
     figures = {}
@@ -69,10 +72,25 @@ def main(arguments=None):
     print(f'{"stage":{width}}  {"p50 ms":>9}  {"p99 ms":>9}')
     for name, figure in figures.items():
         print(f'{name:{width}}  {figure["ms_p50"]:9.3f}  {figure["ms_p99"]:9.3f}')
+    rates = _rates(options.model)
+    for name, rate in rates.items():
+        print(f'{name}: {rate:,.0f} episodes an hour of one core')
     if options.json:
         with atomic_write(options.json) as stream:
-            json.dump({'model': options.model, 'stages': figures}, stream, indent=2)
+            json.dump({'model': options.model, 'stages': figures, 'episodes_per_hour': rates},
+                      stream, indent=2)
     return 0
+
+
+def _rates(model):
+    """Return the episodes per hour of evaluation and, where torch is installed, of training."""
+    rates = {'evaluation': round(stages.evaluation_rate(load_policy(model)))}
+    try:
+        from wallnav_ros.learning.rate import training_rate
+    except ModuleNotFoundError as error:
+        print(f'training: left out, {error.name} is not installed', file=sys.stderr)
+        return rates
+    return rates | {'training': round(training_rate())}
 
 
 def _scan_to_command(model):
