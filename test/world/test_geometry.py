@@ -19,8 +19,8 @@ import numpy as np
 import pytest
 
 from wallnav_ros.world.geometry import (
-    closest_approach, compose, drive_unicycle, invert, nearest_on_segments, rotate, to_child,
-    to_parent, wrap_angle)
+    closest_approach, compose, distances, drive_unicycle, invert, nearest_on_segments, rotate,
+    to_child, to_parent, wrap_angle, yaw_of)
 
 METRES = st.floats(-100.0, 100.0)
 ANGLES = st.floats(-20.0, 20.0)
@@ -108,6 +108,30 @@ def test_driving_in_two_halves_reaches_the_same_pose(pose, linear, angular, dura
 
     np.testing.assert_allclose(half[:2], whole[:2], atol=1e-9)
     assert abs(wrap_angle(half[2] - whole[2])) < 1e-9
+
+
+@pytest.mark.parametrize('quaternion, yaw', [
+    ((0.0, 0.0, 0.0, 1.0), 0.0),
+    ((0.0, 0.0, np.sqrt(0.5), np.sqrt(0.5)), np.pi / 2),
+    ((0.0, 0.0, -np.sqrt(0.5), -np.sqrt(0.5)), np.pi / 2),     # the same turn, other signs
+    ((0.0, 0.0, -0.5, np.sqrt(0.75)), -np.pi / 3),
+    ((0.0, np.sin(0.2), 0.0, np.cos(0.2)), 0.0)])              # pitch alone is no yaw
+def test_the_yaw_of_a_quaternion(quaternion, yaw):
+    assert yaw_of(*quaternion) == pytest.approx(yaw, abs=1e-12)
+    assert yaw_of(*(1.01 * part for part in quaternion)) == pytest.approx(yaw, abs=1e-12)
+
+
+@pytest.mark.parametrize('quaternion', [(0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.1),
+                                        (np.nan, 0.0, 0.0, 1.0)])
+def test_what_is_no_rotation_has_no_yaw(quaternion):
+    with pytest.raises(ValueError, match='not of unit length'):
+        yaw_of(*quaternion)
+
+
+def test_distances_of_each_point_to_each_other():
+    points, others = np.array([[0.0, 0.0], [3.0, 0.0]]), np.array([[3.0, 4.0], [3.0, -1.0]])
+    np.testing.assert_allclose(distances(points, others), [[5.0, np.sqrt(10.0)], [4.0, 1.0]])
+    assert distances(points, np.empty((0, 2))).shape == (2, 0)
 
 
 def test_poses_and_velocities_broadcast():

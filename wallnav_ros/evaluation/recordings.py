@@ -28,6 +28,7 @@ from rosbags.rosbag2 import Reader
 from rosbags.typesys import get_typestore, Stores
 
 from wallnav_ros.perception.scan import Scan, ScanError
+from wallnav_ros.world.geometry import yaw_of
 
 SCAN_TYPE = 'sensor_msgs/msg/LaserScan'
 ODOMETRY_TYPE = 'nav_msgs/msg/Odometry'
@@ -256,11 +257,10 @@ def _odometry_record(bag_time, message):
               twist.linear.x, twist.linear.y, twist.angular.z)
     if not all(map(math.isfinite, values)):
         raise _OdometryError('odometry: not finite')
-    # As in the nodes: anything further off than rounding was never a rotation.
-    if not 0.98 <= math.hypot(turn.x, turn.y, turn.z, turn.w) <= 1.02:
-        raise _OdometryError('odometry: the quaternion is not of unit length')
-    yaw = math.atan2(2.0 * (turn.w * turn.z + turn.x * turn.y),
-                     turn.w ** 2 + turn.x ** 2 - turn.y ** 2 - turn.z ** 2)
+    try:
+        yaw = yaw_of(turn.x, turn.y, turn.z, turn.w)
+    except ValueError as error:
+        raise _OdometryError(f'odometry: {error}') from None
     return OdometryRecord(
         bag_time, _seconds(message.header.stamp),
         _frame(message.header.frame_id), _frame(message.child_frame_id),

@@ -29,6 +29,7 @@ from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 from wallnav_ros.mapping.occupancy_map import from_occupancy_grid
 from wallnav_ros.perception.scan import Scan
+from wallnav_ros.world.geometry import yaw_of
 from wallnav_ros.world.tracks import Tracks
 
 
@@ -72,12 +73,11 @@ def pose_from_message(pose):
     values = (pose.position.x, pose.position.y, turn.x, turn.y, turn.z, turn.w)
     if not all(map(math.isfinite, values)):
         raise MessageError('pose: not finite')
-    # Drivers round to single precision; anything further off was never a rotation.
-    if not 0.98 <= math.hypot(turn.x, turn.y, turn.z, turn.w) <= 1.02:
-        raise MessageError('orientation: the quaternion is not of unit length')
-    yaw = math.atan2(2.0 * (turn.w * turn.z + turn.x * turn.y),
-                     turn.w ** 2 + turn.x ** 2 - turn.y ** 2 - turn.z ** 2)
-    return np.array([pose.position.x, pose.position.y, yaw])
+    try:
+        return np.array([pose.position.x, pose.position.y,
+                         yaw_of(turn.x, turn.y, turn.z, turn.w)])
+    except ValueError as error:
+        raise MessageError(f'orientation: {error}') from None
 
 
 def pose_message(pose):

@@ -27,6 +27,18 @@ def wrap_angle(angle):
     return (np.asarray(angle) + np.pi) % (2.0 * np.pi) - np.pi
 
 
+def yaw_of(x, y, z, w):
+    """
+    Return the yaw in radians of the rotation that a quaternion stands for.
+
+    Raises ValueError where it is not of unit length: drivers round to single precision, but
+    anything further off was never a rotation.
+    """
+    if not 0.98 <= math.hypot(x, y, z, w) <= 1.02:
+        raise ValueError('the quaternion is not of unit length')
+    return math.atan2(2.0 * (w * z + x * y), w ** 2 + x ** 2 - y ** 2 - z ** 2)
+
+
 def rotate(vectors, yaw):
     """Rotate `vectors` (..., 2) counter-clockwise by `yaw` (...) radians."""
     vectors = np.asarray(vectors, dtype=float)
