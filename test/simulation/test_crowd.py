@@ -19,10 +19,11 @@ Paper section 1: motion patterns, and a robot that agents see only where the sce
 
 from dataclasses import replace
 
+from crowds import run_crowd
 import numpy as np
 import pytest
 
-from wallnav_ros.simulation.crowd import ARRIVAL, Crowd, simulate_crowd
+from wallnav_ros.simulation.crowd import ARRIVAL, Crowd
 from wallnav_ros.simulation.episodes import draw_episode, Episode
 from wallnav_ros.simulation.scenarios import load_scenario
 from wallnav_ros.world.walls import Walls
@@ -110,7 +111,7 @@ def test_the_papers_crowds_keep_off_walls_and_mostly_off_each_other(name):
     between = []
     for seed in range(6):
         episode = draw_episode(load_scenario(name), 'mixed', seed)
-        position, _ = simulate_crowd(episode, 180, STEP)
+        position, _ = run_crowd(episode, 180, STEP)
         room = episode.scenario.walls.distance(position.reshape(-1, 2)).reshape(181, -1)
         assert (room - episode.radius).min() > -1e-3
         gap = np.linalg.norm(position[:, :, None] - position[:, None], axis=-1)
@@ -125,7 +126,7 @@ def test_the_papers_crowds_keep_off_walls_and_mostly_off_each_other(name):
 def test_nobody_walks_faster_than_they_can():
     episode = draw_episode(load_scenario('cross_path'), 'mixed', 1)
 
-    _, velocity = simulate_crowd(episode, 180, STEP)
+    _, velocity = run_crowd(episode, 180, STEP)
 
     assert (np.linalg.norm(velocity, axis=-1) <= episode.speed + 1e-5).all()
 
@@ -133,7 +134,7 @@ def test_nobody_walks_faster_than_they_can():
 def test_the_papers_walkers_get_about():
     episode = draw_episode(load_scenario('curve_path'), 'dynamic', 2)
 
-    position, _ = simulate_crowd(episode, 180, STEP)
+    position, _ = run_crowd(episode, 180, STEP)
 
     walked = np.linalg.norm(np.diff(position, axis=0), axis=-1).sum(axis=0)
     assert (walked > 2.0).all()
@@ -153,19 +154,6 @@ def drive_against(visible):
 def test_a_visible_robot_is_made_way_for_and_an_invisible_one_is_not():
     assert drive_against(visible=True) > -0.02
     assert drive_against(visible=False) < -0.3
-
-
-def test_a_crowd_simulated_at_once_equals_a_crowd_stepped():
-    episode = draw_episode(load_scenario('cross_path'), 'mixed', 4)
-    crowd = Crowd(episode, STEP)
-
-    position, velocity = simulate_crowd(episode, 30, STEP)
-
-    assert (position[0] == episode.start).all()
-    for step in range(1, 31):
-        agents = crowd.step()
-        assert (agents.position == position[step]).all()
-        assert (agents.velocity == velocity[step]).all()
 
 
 def test_agents_handed_out_do_not_move_when_the_crowd_does():

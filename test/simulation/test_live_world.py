@@ -13,12 +13,12 @@
 # limitations under the License.
 """One episode in continuous time: the crowd of `evaluate`, a base with limits, an outcome."""
 
+from crowds import run_crowd
 import numpy as np
 import pytest
 
 from wallnav_ros.simulation.batch import (
     COLLISION, GOAL, RUNNING, TIMEOUT, WALL_COLLISION)
-from wallnav_ros.simulation.crowd import simulate_crowd
 from wallnav_ros.simulation.episodes import draw_episode
 from wallnav_ros.simulation.live_world import Base, CROWD_STEP, LiveWorld
 from wallnav_ros.simulation.scenarios import load_scenario
@@ -40,7 +40,7 @@ def advance(world, command, duration):
 
 def test_people_walk_as_in_evaluation_with_the_same_seed():
     world = world_of('mixed')
-    position, _ = simulate_crowd(world.episode, 12, CROWD_STEP)
+    position, _ = run_crowd(world.episode, 12, CROWD_STEP)
     for step in range(1, 13):
         advance(world, STILL, CROWD_STEP)
         np.testing.assert_allclose(world.agents().position, position[step], atol=1e-9)
@@ -48,7 +48,7 @@ def test_people_walk_as_in_evaluation_with_the_same_seed():
 
 def test_between_two_steps_people_are_on_the_line_between_them():
     world = world_of('dynamic')
-    position, _ = simulate_crowd(world.episode, 2, CROWD_STEP)
+    position, _ = run_crowd(world.episode, 2, CROWD_STEP)
     advance(world, STILL, 1.5 * CROWD_STEP)
     np.testing.assert_allclose(world.agents().position, position[1:3].mean(axis=0), atol=1e-9)
     np.testing.assert_allclose(

@@ -110,19 +110,3 @@ class Crowd:
         turn = (arrived & self.episode.returns)[:, None]
         self._goal, self._other = (np.where(turn, self._other, self._goal),
                                    np.where(turn, self._goal, self._other))
-
-
-def simulate_crowd(episode, steps, time_step):
-    """
-    Return positions and velocities (steps + 1, N, 2) of a crowd that does not see the robot.
-
-    Its future does not depend on the robot, so one run serves every policy on that seed.
-    """
-    crowd = Crowd(episode, time_step)
-    shape = (steps + 1,) + crowd.position.shape
-    position, velocity = np.empty(shape), np.empty(shape)
-    position[0], velocity[0] = crowd.position, crowd.velocity
-    for step in range(1, steps + 1):
-        crowd.step()
-        position[step], velocity[step] = crowd.position, crowd.velocity
-    return position, velocity
