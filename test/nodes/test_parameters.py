@@ -13,11 +13,14 @@
 # limitations under the License.
 """The parameter file and the nodes agree; values that make no sense are refused by name."""
 
+import math
+
 import pytest
 
 rclpy = pytest.importorskip('rclpy')
 
 from rclpy.node import Node  # noqa: E402
+from rclpy.parameter import Parameter  # noqa: E402
 
 from wallnav_ros.nodes.map_walls_node import MapWallsNode  # noqa: E402
 from wallnav_ros.nodes.parameters import declare, declare_pose, declare_settings  # noqa: E402
@@ -106,3 +109,36 @@ def test_parameters_come_with_a_description_and_limits(ros):
     assert descriptor.description == 'm/s' and descriptor.read_only
     limits = descriptor.floating_point_range[0]
     assert (limits.from_value, limits.to_value) == (0.0, 2.0)
+
+
+@pytest.fixture
+def policy(ros):
+    """Return a policy_node in this process."""
+    ros()
+    node = PolicyNode()
+    yield node
+    node.destroy_node()
+
+
+def test_safe_parameters_change_while_it_runs(policy):
+    done = policy.set_parameters([Parameter('max_speed', value=0.3),
+                                  Parameter('allow_reverse', value=True)])
+    assert all(result.successful for result in done)
+    base = policy.navigator.settings.base
+    assert base.max_speed == 0.3 and base.reverse
+
+
+@pytest.mark.parametrize('name, value, told', [
+    ('robot_radius', 0.5, 'read-only'), ('model', 'other', 'read-only'),
+    ('max_speed', -1.0, 'max_speed'), ('scan_timeout', math.nan, 'out of range'),
+    ('max_speed', 'fast', 'type')])
+def test_what_is_fixed_or_makes_no_sense_is_refused_with_the_reason(policy, name, value, told):
+    before = policy.navigator.settings
+    result, = policy.set_parameters([Parameter(name, value=value)])
+    assert not result.successful and told in result.reason
+    assert policy.navigator.settings == before
+
+
+def test_a_parameter_that_is_fixed_says_so_in_its_description(policy):
+    assert 'restart' in policy.describe_parameter('robot_radius').additional_constraints
+    assert policy.describe_parameter('max_speed').additional_constraints == ''

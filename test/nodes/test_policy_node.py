@@ -16,11 +16,12 @@
 import signal
 from time import monotonic
 
-from nav_msgs.msg import OccupancyGrid
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import OccupancyGrid, Path
 import numpy as np
 import pytest
-from visualization_msgs.msg import Marker
-from wallnav_ros.nodes.topics import LATCHED
+from visualization_msgs.msg import Marker, MarkerArray
+from wallnav_ros.nodes.topics import LATCHED, RELIABLE, SENSOR
 
 
 @pytest.fixture
@@ -208,3 +209,57 @@ def test_refuses_to_start_before_it_subscribes_to_anything(
     assert node.status() == 2
     assert len(node.lines) == 1 and told in node.lines[0]
     assert robot.matched == 0
+
+
+def test_says_what_to_do_when_the_base_takes_the_other_kind_of_command(start_policy, make_robot):
+    robot = make_robot(stamped=True)
+    node = start_policy()
+    robot.wait(lambda: 'fault cmd_vel' in robot.values, 'a fault in diagnostics')
+    assert 'set enable_stamped_cmd_vel to true' in robot.values['fault cmd_vel']
+    assert any('enable_stamped_cmd_vel' in line for line in node.lines)
+    make_robot()
+    robot.wait(lambda: 'fault cmd_vel' not in robot.values, 'the end of the fault')
+
+
+def test_names_a_peer_whose_quality_of_service_does_not_fit(start_policy, robot):
+    start_policy()
+    robot.wait_for('no_goal')
+    robot.node.create_publisher(PoseStamped, 'goal_pose', SENSOR)
+    robot.wait(lambda: 'fault goal_pose' in robot.values, 'a fault in diagnostics')
+    assert 'quality of service' in robot.values['fault goal_pose']
+    assert 'reliability' in robot.values['fault goal_pose']
+
+
+def test_follows_a_path_that_leads_to_the_goal(start_policy, robot):
+    start_policy()
+    robot.wait_for('no_goal')
+    path = Path()
+    path.header.frame_id = 'odom'
+    for x, y in ((0.0, 0.0), (0.0, 1.0), (0.0, 2.0), (1.0, 2.0), (2.0, 2.0)):
+        pose = PoseStamped()
+        pose.pose.position.x, pose.pose.position.y = x, y
+        path.poses.append(pose)
+    publisher = robot.node.create_publisher(Path, 'plan', RELIABLE)
+    robot.wait(publisher.get_subscription_count, 'a subscriber to the plan')
+    publisher.publish(path)
+    robot.start_driving(2.0, 2.0)
+    robot.wait(lambda: robot.values.get('way') == 'given', 'a path in use')
+    robot.wait(lambda: robot.pose[1] > 1.2, 'the first leg')
+    assert robot.pose[0] < 0.9
+    robot.wait_for('goal_reached')
+
+
+def test_shows_where_it_is_bound_and_why_it_stands(start_policy, robot):
+    shown = {}
+
+    def take(message):
+        shown.update({marker.ns: marker for marker in message.markers
+                      if marker.action == Marker.ADD})
+
+    robot.node.create_subscription(MarkerArray, 'markers', take, RELIABLE)
+    start_policy()
+    robot.wait(lambda: 'status' in shown and shown['status'].text == 'no goal', 'the reason')
+    robot.start_driving(3.0, 0.0)
+    robot.wait(lambda: {'goal', 'route', 'sub_goal', 'path', 'action'} <= set(shown), 'the plan')
+    assert shown['goal'].pose.position.x == pytest.approx(3.0, abs=0.01)
+    robot.wait(lambda: shown['status'].text == 'driving', 'the state')

@@ -17,6 +17,8 @@ From an observation to commands that the base can carry out and still stop after
 Paper section 4 for the decision; the filter under it is `stopping`, stated in docs/safety.md.
 """
 
+from copy import copy
+
 import numpy as np
 
 from wallnav_ros.navigation.base import achievable, Ramp
@@ -24,7 +26,6 @@ from wallnav_ros.navigation.plans import Plan
 from wallnav_ros.navigation.stopping import STEP, steps_of, stoppable, stopping_distance
 from wallnav_ros.navigation.watchdogs import Stop
 from wallnav_ros.policy.actions import STOP
-from wallnav_ros.policy.lookahead import Lookahead
 from wallnav_ros.world.geometry import drive_unicycle
 
 # Control periods after which braking must be safe: after each, since braking earlier than was
@@ -51,10 +52,11 @@ class Driver:
         """Take NavigatorSettings; they hold from the next command on."""
         self._radius, self._base = settings.radius, settings.base
         self._ramp.limits = settings.base
-        policy = self._policy
-        actions = achievable(policy.actions, settings.base)
-        same = np.array_equal(actions.turn_rate, policy.actions.turn_rate)
-        self._lookahead = policy if same else Lookahead(policy.value, actions, policy.rule)
+        self._lookahead = self._policy
+        actions = achievable(self._policy.actions, settings.base)
+        if not np.array_equal(actions.turn_rate, self._policy.actions.turn_rate):
+            self._lookahead = copy(self._policy)
+            self._lookahead.actions = actions
         self.speed = min(settings.preferred_speed, settings.base.max_speed)
 
     def forget(self):

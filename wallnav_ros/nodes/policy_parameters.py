@@ -18,9 +18,7 @@ params/wallnav.yaml lists them; docs/nodes.md explains them.
 """
 
 from dataclasses import dataclass, replace
-import math
 
-from rcl_interfaces.msg import SetParametersResult
 from wallnav_ros.navigation.localisation import Localisation
 from wallnav_ros.navigation.navigator import Navigator
 from wallnav_ros.navigation.plans import NavigatorSettings
@@ -124,21 +122,12 @@ def follow_changes(node, navigator):
     """Hand parameters that are set while `node` runs to its `navigator`."""
     fields = {setting.name: setting.field for setting in SETTINGS if setting.live}
 
-    def check(parameters):
-        for parameter in parameters:
-            # NaN is within any limits that ROS checks.
-            if parameter.name in fields and not math.isfinite(parameter.value):
-                return SetParametersResult(
-                    successful=False, reason=f'{parameter.name}: not a finite number')
-        return SetParametersResult(successful=True)
-
     def apply(parameters):
         values = {fields[parameter.name]: parameter.value for parameter in parameters
                   if parameter.name in fields}
         if values:
             navigator.set_settings(with_values(navigator.settings, values))
 
-    node.add_on_set_parameters_callback(check)
     node.add_post_set_parameters_callback(apply)
 
 
