@@ -26,7 +26,7 @@ from wallnav_ros.policy.value_function import (
 
 pytestmark = pytest.mark.extras
 
-SIZES = {'cadrl': {'value': [8, 1]}, 'lstm_rl': {'lstm': [6], 'value': [8, 1]},
+SIZES = {'cadrl': {'value': [8, 1]}, 'lstm_rl': {'embed': [7], 'lstm': [6], 'value': [8, 1]},
          'sarl': {'mlp1': [8, 6], 'mlp2': [6, 4], 'attention': [5, 1], 'mlp3': [8, 1]},
          'st2': {'embed': [8], 'forward': [8], 'value': [8, 1]}}
 

@@ -77,15 +77,20 @@ class CadrlValue(BaselineValue):
 
 
 class LstmValue(BaselineValue):
-    """Agents, farthest first, read one by one into an LSTM; its last state says what matters."""
+    """
+    Agents, each beside the robot, read one by one into an LSTM, the farthest first.
 
-    layers = (('lstm', 1, None), ('value', 1, 1))
+    Its last state says what matters. The layers before it are those of Chen et al. 2019.
+    """
+
+    layers = (('embed', 1, None), ('lstm', 1, None), ('value', 1, 1))
 
     @staticmethod
     def shapes(sizes, own, agent):
         """Return {tensor name: shape}."""
         hidden = sizes['lstm'][-1]
-        return {'lstm.input.weight': (own + agent, 4 * hidden),
+        return {**stack_shapes('embed', own + agent, sizes['embed']),
+                'lstm.input.weight': (sizes['embed'][-1], 4 * hidden),
                 'lstm.hidden.weight': (hidden, 4 * hidden), 'lstm.bias': (4 * hidden,),
                 **stack_shapes('value', own + hidden, sizes['value'])}
 
@@ -98,6 +103,7 @@ class LstmValue(BaselineValue):
         for number in range(count.max(initial=0)):
             rows = np.flatnonzero(count > number)
             read = np.concatenate((own[rows], agents[rows, order[rows, number]]), axis=1)
+            read = np.maximum(self._stack('embed', read), 0.0)
             gates = (read @ self.tensors['lstm.input.weight'] + self.tensors['lstm.bias']
                      + hidden[rows] @ self.tensors['lstm.hidden.weight'])
             enter, keep, new, leave = np.split(gates, 4, axis=1)

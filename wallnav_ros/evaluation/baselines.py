@@ -26,7 +26,7 @@ from wallnav_ros.evaluation.joint_state import JointSight
 from wallnav_ros.policy import value_function
 from wallnav_ros.policy.lookahead import Lookahead
 
-FRAMES = 4             # steps that ST2 looks back over, this one included
+FRAMES = 3             # steps that ST2 looks back over, this one included
 
 
 @dataclass(frozen=True)

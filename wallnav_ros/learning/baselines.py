@@ -51,12 +51,13 @@ class CadrlNetwork(nn.Module):
 
 
 class LstmNetwork(nn.Module):
-    """Agents, farthest first, read one by one into an LSTM."""
+    """Agents, each beside the robot, read one by one into an LSTM, the farthest first."""
 
     def __init__(self, sizes, own, agent):
         super().__init__()
         self.sizes = sizes
-        self.cell = nn.LSTMCell(own + agent, sizes['lstm'][-1])
+        self.embed = mlp(own + agent, sizes['embed'], last_relu=True)
+        self.cell = nn.LSTMCell(sizes['embed'][-1], sizes['lstm'][-1])
         self.value = mlp(own + sizes['lstm'][-1], sizes['value'])
 
     def forward(self, own, agents, present):
@@ -67,7 +68,7 @@ class LstmNetwork(nn.Module):
         count = present.sum(dim=1)
         hidden = cell = own.new_zeros(len(own), self.cell.hidden_size)
         for number in range(int(count.max()) if len(count) else 0):
-            read = torch.cat((own, agents[:, number]), dim=1)
+            read = self.embed(torch.cat((own, agents[:, number]), dim=1))
             newer_hidden, newer_cell = self.cell(read, (hidden, cell))
             more = (count > number)[:, None]
             hidden = torch.where(more, newer_hidden, hidden)
@@ -80,7 +81,7 @@ class LstmNetwork(nn.Module):
         found = {'lstm.input.weight': cell.weight_ih.T, 'lstm.hidden.weight': cell.weight_hh.T,
                  'lstm.bias': cell.bias_ih + cell.bias_hh}
         return {**{name: tensor.detach().cpu().numpy().copy() for name, tensor in found.items()},
-                **linear_tensors('value', self.value)}
+                **linear_tensors('embed', self.embed), **linear_tensors('value', self.value)}
 
 
 class EncoderLayer(nn.Module):

@@ -54,8 +54,9 @@ def _baseline(name, sizes, network):
 KINDS = {
     'three_mlp': Kind('three MLPs in series', SIZES, LAYERS, ValueNetwork, WallSight()),
     'cadrl': _baseline('cadrl', {'value': [150, 100, 100, 1]}, CadrlNetwork),
-    'lstm_rl': _baseline('lstm_rl', {'lstm': [50], 'value': [150, 100, 100, 1]}, LstmNetwork),
+    'lstm_rl': _baseline('lstm_rl', {'embed': [96, 64], 'lstm': [50], 'value': [128, 96, 1]},
+                         LstmNetwork),
     'sarl': _baseline('sarl', SIZES, ValueNetwork),
-    'st2': _baseline('st2', {'embed': [64, 32], 'forward': [64], 'value': [128, 96, 1]},
+    'st2': _baseline('st2', {'embed': [32], 'forward': [32], 'value': [128, 96, 1]},
                      partial(SpatialTemporalNetwork, frames=FRAMES)),
 }
