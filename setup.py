@@ -24,8 +24,8 @@ from setuptools import find_packages, setup
 
 PACKAGE = 'wallnav_ros'
 NODES = ('policy_node', 'scan_tracker_node', 'map_walls_node', 'simulator_node')
-TOOLS = ('extract_walls', 'replay', 'train', 'evaluate', 'drive', 'benchmark', 'make_maps',
-         'score_tracking')
+TOOLS = ('extract_walls', 'replay', 'train', 'train_motion', 'evaluate', 'drive', 'benchmark',
+         'make_maps', 'score_tracking')
 ASSETS = ('params', 'maps', 'models', 'scenarios', 'launch', 'rviz')
 
 

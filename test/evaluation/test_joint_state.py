@@ -158,7 +158,7 @@ def heard(frames, horizons):
 
     past = np.array([[[[3.0 - 0.25 * step, 2.0, 1.0, 0.0]] for step in (1, 2, 3)]])
     agents = FollowedAgents(np.array([[[3.0, 2.0]]]), np.array([[[1.0, 0.0]]]),
-                            np.array([[0.3]]), np.array([[True]]), past[:, :frames - 1])
+                            np.array([[0.3]]), np.array([[True]]), past=past[:, :frames - 1])
     sight = JointSight(frames)
     sight.lookahead(value, make_actions(), Rule(horizons)).evaluate(
         robots((0.0, 0.0, 0.0), goal=(8.0, 0.0)), agents, None)

@@ -294,6 +294,7 @@ def test_with_nothing_in_the_way_the_robot_turns_towards_its_goal(bearing, turn_
 
 def test_the_rule_comes_with_the_weights_unless_overridden():
     class Weights:
+        motion = None
         metadata = {'decision': {'horizons': [2, 4], 'caution': 0.1}, 'time_step': 0.2,
                     'discount': 0.95, 'reward': 'R2', 'actions': {'max_turn_rate': 1.0}}
 

@@ -28,7 +28,8 @@ from refusals import refusal_of
 from wallnav_ros.policy import features as feature_set
 from wallnav_ros.policy.features import Features
 from wallnav_ros.policy.value_function import (
-    FORMAT, layer_shapes, load_value_function, MAX_BYTES, ValueFunction, WeightsError)
+    FORMAT, layer_shapes, load_value_function, ValueFunction, WeightsError)
+from wallnav_ros.policy.weight_files import MAX_BYTES
 
 SIZES = {'mlp1': [12, 10], 'mlp2': [9, 7], 'attention': [8, 1], 'mlp3': [11, 6, 1]}
 

@@ -42,7 +42,7 @@ class FollowedAgents(Agents):
     past: (..., K, N, 4) positions in metres and velocities in m/s, the latest first.
     """
 
-    past: np.ndarray
+    past: np.ndarray = None
 
 
 class FollowedBatch:
@@ -100,8 +100,8 @@ class JointSight:
         for name in ('y', 'vy'):
             agents[..., AGENT.index(name)::len(AGENT)] *= -1.0
 
-    def lookahead(self, value, actions, rule):
-        """Return the Lookahead that decides with `value`."""
+    def lookahead(self, value, actions, rule, motion=None):
+        """Return the Lookahead that decides with `value`; baselines foresee constant velocity."""
         return BlindLookahead(value, actions, rule, self)
 
     def policy(self, lookahead):

@@ -35,13 +35,13 @@ def export_weights(trainer, path):
         'actions': {'max_turn_rate': settings.max_turn_rate},
         'reward': settings.reward,
         'decision': {'horizons': list(settings.decision_horizons),
-                     'caution': settings.caution},
+                     'caution': settings.caution, 'aversion': settings.aversion},
         'time_step': settings.time_step,
         'discount': settings.discount,
         'training': {'settings': asdict(settings), 'episodes': trainer.counts['episodes'],
                      'seconds': round(trainer.counts['seconds'], 1), 'commit': commit()},
     }
-    ValueFunction(metadata, trainer.target.tensors()).save(path)
+    ValueFunction(metadata, trainer.target.tensors(), trainer.motion).save(path)
     return metadata
 
 

@@ -31,10 +31,10 @@ SMOOTHING = 10      # rounds that a training curve is averaged over
 
 
 def draw_curves(rows, path):
-    """Draw the training log and every cell's greedy success to `path` (.png)."""
+    """Draw the training log and every cell's greedy success and reward to `path` (.png)."""
     log, cells = rows['log'], rows['evaluation']
-    figure = Figure(figsize=(10, 8), layout='constrained')
-    training, greedy = figure.subplots(2, 1, sharex=True)
+    figure = Figure(figsize=(10, 11), layout='constrained')
+    training, greedy, reward = figure.subplots(3, 1, sharex=True)
     episodes = [row['episodes'] for row in log]
     for name, colour in (('goal', 'tab:green'), ('collision', 'tab:red'),
                          ('wall_collision', 'tab:brown'), ('timeout', 'tab:gray')):
@@ -47,17 +47,26 @@ def draw_curves(rows, path):
               label='loss')
     loss.set(ylabel='loss', ylim=(0.0, None))
     training.legend(loc='center right')
-    for name in dict.fromkeys((row['scenario'], row['case']) for row in cells):
-        own = [row for row in cells if (row['scenario'], row['case']) == name]
-        greedy.plot([row['episodes'] for row in own], [row['goal'] for row in own], marker='o',
-                    label=' '.join(name))
-    greedy.set(xlabel='episodes', ylabel='greedy success', ylim=(0.0, 1.02),
-               title='Greedy, every cell apart')
-    greedy.grid(alpha=0.3)
-    if cells:
-        greedy.legend(ncols=2, fontsize='small')
+    for axes, column in ((greedy, 'goal'), (reward, 'total_reward')):
+        _draw_cells(axes, cells, column)
+    greedy.set(ylabel='greedy success', ylim=(0.0, 1.02), title='Greedy, every cell apart')
+    reward.set(xlabel='episodes', ylabel='total reward of an episode')
     with atomic_write(path, 'wb') as stream:
         figure.savefig(stream, format='png', dpi=100)
+
+
+def _draw_cells(axes, cells, column):
+    """Draw `column` of the greedy evaluations, each cell and their mean."""
+    for name in dict.fromkeys((row['scenario'], row['case']) for row in cells):
+        own = [row for row in cells if (row['scenario'], row['case']) == name]
+        axes.plot([row['episodes'] for row in own], [row[column] for row in own], marker='.',
+                  linewidth=1.0, alpha=0.8, label=' '.join(name))
+    when = sorted({row['episodes'] for row in cells})
+    axes.plot(when, [np.mean([row[column] for row in cells if row['episodes'] == moment])
+                     for moment in when], color='black', linewidth=2.5, marker='o', label='mean')
+    axes.grid(alpha=0.3)
+    if cells:
+        axes.legend(ncols=3, fontsize='x-small')
 
 
 def write_card(metadata, cells, path):

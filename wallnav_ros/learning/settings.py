@@ -63,6 +63,10 @@ class TrainSettings:
     decision_horizons: tuple = (2, 4, 6)
     # Seconds: how widely the policy passes walking agents, per m/s of their speed.
     caution: float = 0.15
+    # A model, by file or short name, of where people go (train_motion); none: they keep their
+    # velocity. And what a contact it foresees costs, times its chance.
+    motion: str = ''
+    aversion: float = 0.0
     # lambda of the returns: 1 pays what really happened, 0 what the network expects.
     trace: float = 0.9
     # The kind of network, one of learning.kinds, its layer widths, and what is taken out of it
@@ -167,6 +171,7 @@ def _expectations(settings):
     for key in ('parallel', 'updates', 'batch_size', 'memory', 'evaluate_every',
                 'evaluation_episodes', 'imitation_updates', 'episodes'):
         yield key, getattr(settings, key) >= 1, 'a whole number above 0'
+    yield 'aversion', 0.0 <= settings.aversion < math.inf, 'a number, 0 or more'
     yield 'caution', 0.0 <= settings.caution < math.inf, 'a number, 0 or more'
     for key in ('seed', 'imitation_episodes', 'epsilon_episodes', 'evaluation_seed'):
         yield key, getattr(settings, key) >= 0, 'a whole number, 0 or more'

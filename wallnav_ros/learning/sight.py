@@ -42,9 +42,9 @@ class WallSight:
         """Return the Features (S,) of states in one world."""
         return features.extract(robot, agents, features.agent_clearance(agents, walls), walls)
 
-    def lookahead(self, value, actions, rule):
-        """Return the Lookahead that decides with `value`."""
-        return Lookahead(value, actions, rule)
+    def lookahead(self, value, actions, rule, motion=None):
+        """Return the Lookahead that decides with `value`, and a MotionModel if there is one."""
+        return Lookahead(value, actions, rule, motion)
 
     def policy(self, lookahead):
         """Return the policy that follows such a Lookahead greedily."""

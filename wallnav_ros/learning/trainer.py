@@ -40,12 +40,13 @@ from wallnav_ros.learning.report import draw_curves, write_card
 from wallnav_ros.learning.settings import SettingsError
 from wallnav_ros.policy.actions import make_actions
 from wallnav_ros.policy.lookahead import MOST_AGENTS, Rule
+from wallnav_ros.policy.motion_weights import load_motion
 from wallnav_ros.simulation.batch import OUTCOMES
 from wallnav_ros.simulation.episodes import draw_episode
 from wallnav_ros.simulation.orca import OrcaPolicy
 from wallnav_ros.simulation.rollout import run_episodes
 from wallnav_ros.simulation.scenarios import load_scenario
-from wallnav_ros.world.files import atomic_write
+from wallnav_ros.world.files import atomic_write, find_asset
 
 CHECKPOINT_SECONDS = 45.0
 WORLD_SHARE = 4        # episodes that share a world, because decisions in one world batch well
@@ -64,6 +65,8 @@ class Trainer:
         self.device = torch.device(device)
         self.scenarios = {name: load_scenario(name) for name in settings.scenarios}
         self._check_crowds()
+        self.motion = (load_motion(find_asset('models', settings.motion, '.npz'))
+                       if settings.motion else None)
         self.actions = make_actions(settings.max_turn_rate)
         self.rng = np.random.default_rng(settings.seed)
         torch.manual_seed(settings.seed)
@@ -125,7 +128,8 @@ class Trainer:
             count = min(settings.parallel, settings.episodes - self.counts['episodes'])
             # One horizon a round: the values then hold for every look the policy averages.
             rule = self._rule((int(self.rng.choice(settings.horizons)),))
-            lookahead = self.sight.lookahead(NetworkValue(self.target), self.actions, rule)
+            lookahead = self.sight.lookahead(NetworkValue(self.target), self.actions, rule,
+                                             self.motion)
             explorer = Explorer(lookahead, self._epsilon(), self.rng)
             states, returns, outcomes = gather(self._draw(count), explorer, rule, settings.trace,
                                                self.sight)
@@ -144,7 +148,7 @@ class Trainer:
         settings = self.settings
         rule = self._rule(settings.decision_horizons)
         policy = self.sight.policy(
-            self.sight.lookahead(NetworkValue(self.target), self.actions, rule))
+            self.sight.lookahead(NetworkValue(self.target), self.actions, rule, self.motion))
         cells = {}
         for scenario in self.scenarios.values():
             for case in settings.cases:
@@ -240,7 +244,7 @@ class Trainer:
     def _rule(self, horizons):
         settings = self.settings
         return Rule(tuple(horizons), settings.time_step, settings.discount, settings.reward,
-                    settings.caution)
+                    settings.caution, settings.aversion)
 
     def _epsilon(self):
         settings = self.settings

@@ -23,6 +23,7 @@ import numpy as np
 
 from wallnav_ros.policy import features
 from wallnav_ros.policy.actions import make_actions, STOP
+from wallnav_ros.policy.motion import constant_velocity
 from wallnav_ros.policy.rewards import reward_terms, someone_passing, StepFacts, total
 from wallnav_ros.world.geometry import closest_approach, drive_unicycle
 from wallnav_ros.world.state import Agents, Robot
@@ -40,6 +41,7 @@ class Rule:
     horizons: steps; the scores of several horizons are averaged. (1,) is the paper's rule.
     caution: s; passing a walking agent closer than this times its speed costs up to
     CAUTION_COST a step, since it may turn before then. 0 is the paper's rule.
+    aversion: what a foreseen contact costs, times its chance, besides what is lost by it.
     time_step: s; discount: gamma of the paper; reward: R1 to R4.
     """
 
@@ -48,6 +50,7 @@ class Rule:
     discount: float = 0.9
     reward: str = 'R4'
     caution: float = 0.0
+    aversion: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -75,12 +78,14 @@ class Rollout:
 
     poses: (B, A, H, 3); rewards: (B, A, H); over: (B, A, H) bool, the goal reached or a
     collision at or before that step; collided: (B, A) bool, a collision in the first step.
+    survival: (B, A, H), the chance that no agent has been touched up to the end of that step.
     """
 
     poses: np.ndarray
     rewards: np.ndarray
     over: np.ndarray
     collided: np.ndarray
+    survival: np.ndarray
 
 
 class Lookahead:
@@ -88,26 +93,31 @@ class Lookahead:
     Chooses among the actions with a value function.
 
     value: callable from Features with leading axis (S,) to values (S,); NumPy or a wrapped
-    torch network alike.
+    torch network alike. motion: the MotionModel that says where agents will be; without one
+    they are taken to keep their velocity, as in the paper.
     """
 
-    def __init__(self, value, actions, rule=Rule()):
+    def __init__(self, value, actions, rule=Rule(), motion=None):
         self.value = value
         self.actions = actions
         self.rule = rule
+        self.motion = motion
 
     @classmethod
-    def from_weights(cls, value_function, horizons=None, caution=None):
+    def from_weights(cls, value_function, horizons=None, caution=None, constant_velocity=False):
         """
         Return the Lookahead that weights were trained for.
 
-        `horizons` and `caution` override its rule: (1,) and 0 give the paper's.
+        `horizons`, `caution` and `constant_velocity` (agents are foreseen to keep theirs)
+        override its rule: (1,), 0 and True give the paper's.
         """
         about = value_function.metadata
         own = about['decision']
         rule = Rule(tuple(horizons or own['horizons']), about['time_step'], about['discount'],
-                    about['reward'], own['caution'] if caution is None else caution)
-        return cls(value_function, make_actions(**about['actions']), rule)
+                    about['reward'], own['caution'] if caution is None else caution,
+                    0.0 if constant_velocity else own.get('aversion', 0.0))
+        motion = None if constant_velocity else value_function.motion
+        return cls(value_function, make_actions(**about['actions']), rule, motion)
 
     def decide(self, observation):
         """Return the Decision for one Observation."""
@@ -133,14 +143,18 @@ class Lookahead:
         horizons = np.array(rule.horizons)
         step_discount = rule.discount ** (rule.time_step * robot.preferred_speed)
         powers = step_discount[:, None, None] ** np.arange(horizons.max() + 1)
-        gained = np.cumsum(powers[..., :-1] * rollout.rewards, axis=-1)[..., horizons - 1]
+        before = np.concatenate((np.ones_like(rollout.survival[..., :1]),
+                                 rollout.survival[..., :-1]), axis=-1)
+        expected = before * rollout.rewards - rule.aversion * (before - rollout.survival)
+        gained = np.cumsum(powers[..., :-1] * expected, axis=-1)[..., horizons - 1]
         state, action, number = np.nonzero(~rollout.over[..., horizons - 1])
         value = np.zeros(gained.shape)
         if len(state):
             # All horizons in one question: each would cost the network's overhead again.
             value[state, action, number] = self.value(
                 self._leaves(robot, agents, walls, rollout, state, action, number))
-        return (gained + powers[..., horizons] * value).mean(axis=-1), rollout
+        value *= powers[..., horizons] * rollout.survival[..., horizons - 1]
+        return (gained + value).mean(axis=-1), rollout
 
     def roll_out(self, robot, agents, walls):
         """Return the Rollout of every action: turn for one step, then keep the heading."""
@@ -155,25 +169,42 @@ class Lookahead:
         before = np.concatenate(
             (np.broadcast_to(robot.position[:, None, None], position[:, :, :1].shape),
              position[:, :, :-1]), axis=2)
-        gaps = self._agent_gaps(robot, agents, before, position)
+        gaps, survival = self._foresee(robot, agents, walls, before, position)
         collided, facts = self._facts(robot, agents, walls, before, position, speed, gaps)
         rewards = total(reward_terms(rule.reward, facts)) - self._brushes(agents, gaps)
         over = np.logical_or.accumulate(facts.reached | collided, axis=-1)
         rewards[..., 1:][over[..., :-1]] = 0.0
         poses = np.concatenate((position, np.broadcast_to(
             first[:, :, None, 2:], position.shape[:-1] + (1,))), axis=-1)
-        return Rollout(poses, rewards, over, collided[..., 0])
+        return Rollout(poses, rewards, over, collided[..., 0], survival)
 
-    def _agent_gaps(self, robot, agents, before, after):
-        """Return the least gap (B, A, H, N) to each agent on every step; inf for padding."""
-        dt = self.rule.time_step
-        when = np.arange(after.shape[2])[:, None, None] * dt
-        there = agents.position[:, None] + when * agents.velocity[:, None]
+    def _foresee(self, robot, agents, walls, before, after):
+        """
+        Return gaps (B, A, H, N) to each agent's likeliest way, and the survival (B, A, H).
+
+        A gap is the least on a step, in metres, inf for padding.
+        """
+        dt, steps = self.rule.time_step, after.shape[2]
+        if self.motion is None or not agents.radius.shape[1]:
+            forecast = constant_velocity(agents, steps, dt)
+        else:
+            forecast = self.motion.forecast(agents, walls, steps, dt)
+        now = np.broadcast_to(agents.position[:, :, None, None],
+                              forecast.position[..., :1, :].shape)
+        # (B, 1, H, N, K, 2), to go with the robot's (B, A, H, 1, 1, 2).
+        there = np.moveaxis(np.concatenate((now, forecast.position), axis=3), 3, 1)[:, None]
         approach = closest_approach(
-            before[..., None, :] - there[:, None],
-            (after - before)[..., None, :] - dt * agents.velocity[:, None, None])
+            before[..., None, None, :] - there[:, :, :-1],
+            (after - before)[..., None, None, :] - (there[:, :, 1:] - there[:, :, :-1]))
         reach = robot.radius[:, None] + agents.radius
-        return np.where(agents.present[:, None, None], approach - reach[:, None, None], np.inf)
+        gap = np.where(agents.present[:, None, None, :, None],
+                       approach - reach[:, None, None, :, None], np.inf)
+        missed = (1.0 - forecast.hit(gap)).prod(axis=-1)
+        likeliest = forecast.chance.argmax(axis=-1)[:, None, None, :, None]
+        likely = np.take_along_axis(gap, np.broadcast_to(
+            likeliest, gap.shape[:-1] + (1,)), axis=-1)[..., 0]
+        # One contact that is foreseen over several steps is still one contact.
+        return likely, np.minimum.accumulate(missed, axis=-1)
 
     def _brushes(self, agents, gaps):
         """Return the cost (B, A, H) of passing walking agents too closely."""

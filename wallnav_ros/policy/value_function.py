@@ -20,25 +20,23 @@ Paper section 3 (Fig. 2); trained by `wallnav_ros.learning`, proven equal to it 
 from dataclasses import dataclass
 import json
 from pathlib import Path
-import zipfile
 
 import numpy as np
 
 from wallnav_ros.policy import features as feature_set
+from wallnav_ros.policy.motion import MotionModel
+from wallnav_ros.policy.motion_weights import motion_of, motion_parts
 from wallnav_ros.policy.rewards import REWARDS
+from wallnav_ros.policy.weight_files import (
+    is_positive, read_arrays, take_tensors, WeightsError, widths_fit)
 from wallnav_ros.world.files import atomic_write
 
 FORMAT = 1
 STATES_AT_ONCE = 128             # more leave the core's cache: twice as slow a state
-MAX_BYTES = 64 * 1024 * 1024     # a file that unpacks to more is not one of ours
 # The stacks of layers: name, least number of layers, width of the last where it is fixed.
 LAYERS = (('mlp1', 1, None), ('mlp2', 1, None), ('attention', 2, 1), ('mlp3', 1, 1))
 METADATA = ('format', 'network', 'features', 'actions', 'reward', 'decision', 'time_step',
             'discount', 'training')
-
-
-class WeightsError(ValueError):
-    """A weight file that cannot be trusted; one line naming file, fault and fix."""
 
 
 def layer_shapes(sizes, own=len(feature_set.ROBOT) + feature_set.WALL_RAYS,
@@ -66,10 +64,12 @@ class ValueFunction:
     Weights and what they were trained with.
 
     metadata: see docs/models.md; tensors: {name: float32 array} as in `layer_shapes`.
+    motion: the MotionModel that it was trained with, or None.
     """
 
     metadata: dict
     tensors: dict
+    motion: MotionModel | None = None
 
     def __call__(self, features):
         """Return the values (...) of `features`, whose leading axes are (...)."""
@@ -124,9 +124,10 @@ class ValueFunction:
 
     def save(self, path):
         """Write the weights to `path` (.npz), whole or not at all."""
-        text = json.dumps(self.metadata, sort_keys=True)
+        about, tensors = ({}, {}) if self.motion is None else motion_parts(self.motion)
+        text = json.dumps(self.metadata | about, sort_keys=True)
         with atomic_write(path, 'wb') as stream:
-            np.savez_compressed(stream, metadata=np.array(text), **self.tensors)
+            np.savez_compressed(stream, metadata=np.array(text), **self.tensors, **tensors)
 
 
 def load_value_function(path):
@@ -143,7 +144,7 @@ def load_value_function(path):
                            'for `evaluate` alone: give weights of kind three_mlp')
     tensors = checked_tensors(path, metadata, arrays, feature_set.describe(), LAYERS,
                               layer_shapes)
-    return ValueFunction(metadata, tensors)
+    return ValueFunction(metadata, tensors, motion_of(path, metadata, arrays))
 
 
 def read_weights(path):
@@ -153,14 +154,14 @@ def read_weights(path):
     Raises WeightsError; what depends on the kind is left to `checked_tensors`.
     """
     path = Path(path)
-    arrays = _read_arrays(path)
+    arrays = read_arrays(path)
     return _read_metadata(path, arrays.pop('metadata', None)), arrays
 
 
 def sizes_fit(sizes, layers):
     """Return whether `sizes` names layer widths for every row of `layers` (see LAYERS)."""
     return isinstance(sizes, dict) and set(sizes) == {name for name, _, _ in layers} and all(
-        _widths(sizes[name], least, last) for name, least, last in layers)
+        widths_fit(sizes[name], least, last) for name, least, last in layers)
 
 
 def expected_sizes(layers):
@@ -186,34 +187,7 @@ def checked_tensors(path, metadata, arrays, features, layers, shapes_of):
             f'{path}: features: trained on other features than this version computes '
             f'(version {metadata["features"].get("version")}, here {features["version"]}): '
             'retrain it or install the version it came with')
-    shapes = shapes_of(sizes)
-    for name, shape in shapes.items():
-        if name not in arrays:
-            raise WeightsError(f'{path}: {name}: tensor missing; export the weights again')
-        if arrays[name].shape != shape or arrays[name].dtype != np.float32:
-            raise WeightsError(f'{path}: {name}: expected float32 {shape}, found '
-                               f'{arrays[name].dtype} {arrays[name].shape}')
-        if not np.isfinite(arrays[name]).all():
-            raise WeightsError(f'{path}: {name}: holds NaN or infinity; training diverged')
-    return {name: arrays[name] for name in shapes}
-
-
-def _read_arrays(path):
-    if not path.is_file():
-        raise WeightsError(f'{path}: no such weight file')
-    try:
-        with zipfile.ZipFile(path) as archive:
-            if sum(entry.file_size for entry in archive.infolist()) > MAX_BYTES:
-                raise WeightsError(f'{path}: unpacks to more than {MAX_BYTES >> 20} MiB; '
-                                   'this is not a weight file of this package')
-        with np.load(path, allow_pickle=False) as archive:
-            return {name: archive[name] for name in archive.files}
-    except WeightsError:
-        raise
-    except Exception as error:      # a hostile file may raise nearly anything on the way
-        reason = ' '.join(str(error).split()) or type(error).__name__
-        raise WeightsError(f'{path}: not a readable .npz weight file ({reason}); '
-                           'it may be truncated: copy it again') from None
+    return take_tensors(path, arrays, shapes_of(sizes))
 
 
 def _read_metadata(path, text):
@@ -241,23 +215,15 @@ def _read_metadata(path, text):
 
 def _expectations(metadata):
     """Yield (key, whether it holds, what is expected) of what a decision is computed from."""
-    yield 'actions', set(metadata['actions']) == {'max_turn_rate'} and _positive(
+    yield 'actions', set(metadata['actions']) == {'max_turn_rate'} and is_positive(
         metadata['actions']['max_turn_rate']), 'a max_turn_rate above 0'
-    yield 'decision.horizons', _widths(metadata['decision'].get('horizons'), 1, None), (
+    yield 'decision.horizons', widths_fit(metadata['decision'].get('horizons'), 1, None), (
         'a list of steps, each 1 or more')
     caution = metadata['decision'].get('caution')
-    yield 'decision.caution', caution == 0 or _positive(caution), 'seconds, 0 or more'
-    yield 'time_step', _positive(metadata['time_step']), 'seconds above 0'
-    yield 'discount', _positive(metadata['discount']) and metadata['discount'] <= 1, (
+    yield 'decision.caution', caution == 0 or is_positive(caution), 'seconds, 0 or more'
+    aversion = metadata['decision'].get('aversion', 0)
+    yield 'decision.aversion', aversion == 0 or is_positive(aversion), 'a number, 0 or more'
+    yield 'time_step', is_positive(metadata['time_step']), 'seconds above 0'
+    yield 'discount', is_positive(metadata['discount']) and metadata['discount'] <= 1, (
         'a number above 0, at most 1')
     yield 'reward', metadata['reward'] in REWARDS, f'one of {", ".join(REWARDS)}'
-
-
-def _widths(value, least, last):
-    return (isinstance(value, list) and len(value) >= least
-            and all(type(width) is int and 0 < width < 10000 for width in value)
-            and last in (None, value[-1]))
-
-
-def _positive(value):
-    return type(value) in (int, float) and 0.0 < value < np.inf

@@ -23,6 +23,7 @@ from dataclasses import replace
 import numpy as np
 
 from wallnav_ros.policy.lookahead import GOAL_TOLERANCE
+from wallnav_ros.policy.motion import PAST
 from wallnav_ros.policy.rewards import someone_passing, StepFacts, warning_radius
 from wallnav_ros.simulation.crowd import Crowd
 from wallnav_ros.world.geometry import closest_approach, drive_unicycle
@@ -53,7 +54,8 @@ class EpisodeBatch:
         count = len(episodes)
         most = max(room, *(len(episode.radius) for episode in episodes))
         self._agents = Agents(np.zeros((count, most, 2)), np.zeros((count, most, 2)),
-                              np.zeros((count, most)), np.zeros((count, most), dtype=bool))
+                              np.zeros((count, most)), np.zeros((count, most), dtype=bool),
+                              np.full((count, most, PAST, 2), np.nan))
         for row, episode in enumerate(episodes):
             _place(self._agents, row, episode)
         self._trail = deque([self._agents], maxlen=TRAIL)
@@ -147,7 +149,9 @@ class EpisodeBatch:
             crowd.step(pose[:2], (speed * np.cos(pose[2]), speed * np.sin(pose[2])))
             position[row, :len(crowd.position)] = crowd.position
             velocity[row, :len(crowd.position)] = crowd.velocity
-        return Agents(position, velocity, self._agents.radius, self._agents.present)
+        trail = np.concatenate((self._agents.position[:, :, None], self._agents.trail[:, :, :-1]),
+                               axis=2)
+        return Agents(position, velocity, self._agents.radius, self._agents.present, trail)
 
     def _facts(self, before, agents_before, yielding):
         robot, agents = self._robot, self._agents
@@ -200,7 +204,7 @@ class EpisodeBatch:
 def _place(agents, row, episode):
     """Put the crowd of `episode` where it starts into `row` of `agents`."""
     size = len(episode.radius)
-    agents.position[row], agents.velocity[row] = 0.0, 0.0
+    agents.position[row], agents.velocity[row], agents.trail[row] = 0.0, 0.0, np.nan
     agents.radius[row], agents.present[row] = 0.0, False
     agents.position[row, :size] = episode.start
     agents.radius[row, :size] = episode.radius

@@ -61,12 +61,20 @@ class Agents:
     position, velocity: (..., N, 2) metres and m/s; N may be 0.
     radius: (..., N) metres.
     present: (..., N) bool; False marks padding, whose other values mean nothing.
+    trail: (..., N, L, 2) metres, where each was 1, 2, ... L time steps of a decision ago, NaN
+    where that is not known; L may be 0.
     """
 
     position: np.ndarray
     velocity: np.ndarray
     radius: np.ndarray
     present: np.ndarray
+    trail: np.ndarray = None
+
+    def __post_init__(self):
+        """Give agents of whom no past is told an empty one."""
+        if self.trail is None:
+            object.__setattr__(self, 'trail', np.empty(np.shape(self.radius) + (0, 2)))
 
     @classmethod
     def of(cls, position, velocity, radius):

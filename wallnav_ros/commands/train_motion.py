@@ -1,0 +1,73 @@
+# Copyright 2026 The wallnav_ros authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+Train the model that foresees where people go, from simulated crowds.
+
+Its weights are what `train` hands to the policy it trains (docs/learning.md).
+"""
+
+import argparse
+import sys
+
+from wallnav_ros.learning.motion import train_motion
+from wallnav_ros.learning.trainer import TrainingDiverged
+from wallnav_ros.policy.motion_weights import save_motion
+from wallnav_ros.simulation.scenarios import ScenarioError
+
+
+def parse(arguments):
+    """Return the parsed command line."""
+    parser = argparse.ArgumentParser('train_motion',
+                                     description=__doc__.strip().splitlines()[0])
+    parser.add_argument('--scenario', nargs='+', default=['curve_path', 'cross_path', 'family'],
+                        help='scenario files or short names whose crowds are watched')
+    parser.add_argument('--crowds', type=_positive, default=6000, help='that are watched')
+    parser.add_argument('--epochs', type=_positive, default=12)
+    parser.add_argument('--seed', type=_natural, default=0)
+    parser.add_argument('--out', required=True, metavar='FILE', help='weights (.npz)')
+    return parser.parse_args(arguments)
+
+
+def main(arguments=None):
+    """Run the command; returns its exit status."""
+    options = parse(arguments)
+    try:
+        model = train_motion(options.scenario, options.crowds, options.epochs, options.seed)
+        save_motion(model, options.out)
+    except (OSError, ScenarioError) as error:
+        print(f'train_motion: {error}', file=sys.stderr)
+        return 2
+    except TrainingDiverged as error:
+        print(f'train_motion: {error}', file=sys.stderr)
+        return 1
+    about = model.training['unseen']
+    print('off after 1.5 s on crowds not learnt from, m: '
+          + ', '.join(f'{name} {value:.3f}' for name, value in about.items()))
+    return 0
+
+
+def _natural(text):
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f'expected a whole number, 0 or more, got {text}')
+    return int(text)
+
+
+def _positive(text):
+    if not _natural(text):
+        raise argparse.ArgumentTypeError(f'expected a whole number above 0, got {text}')
+    return int(text)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,177 @@
+# Copyright 2026 The wallnav_ros authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""
+Train the motion model: watch simulated crowds and learn where their members go next.
+
+The likelihood of a mixture of trajectories, as in `policy.motion`; the robot is not in them.
+"""
+
+import math
+
+import numpy as np
+import torch
+from tqdm import tqdm
+from wallnav_ros.learning.export import commit
+from wallnav_ros.learning.networks import mlp
+from wallnav_ros.learning.trainer import TrainingDiverged
+from wallnav_ros.policy import motion
+from wallnav_ros.simulation.crowd import Crowd
+from wallnav_ros.simulation.episodes import draw_episode
+from wallnav_ros.simulation.scenarios import load_scenario, ScenarioError
+from wallnav_ros.world.geometry import rotate
+from wallnav_ros.world.state import Agents
+
+TIME_STEP = 0.25       # s
+STEPS = 100            # that a crowd is watched for
+MOMENTS = 24           # of them that are learnt from
+CASES = ('dynamic', 'mixed')
+NEWCOMERS = 0.3        # share of agents that are shown as if just come into sight
+SIZES = (128, 96)
+BATCH = 1024
+SHARPNESS = 3.0        # weight of a step's likelihood beside the choice of a way
+LEARNING_RATE = 1e-3
+
+
+def watch(scenarios, count, rng):
+    """
+    Watch `count` crowds; return inputs (S, INPUTS) and what followed (S, H, 2).
+
+    What followed is the offset in metres from keeping the velocity, in each agent's own frame.
+    """
+    inputs, offsets = [], []
+    bar = tqdm(total=count, desc='watching crowds', unit='crowd')
+    while len(inputs) < count:
+        scenario = scenarios[rng.integers(len(scenarios))].at(int(rng.integers(2 ** 40, 2 ** 62)))
+        try:
+            episode = draw_episode(scenario, CASES[rng.integers(len(CASES))],
+                                   int(rng.integers(2 ** 40, 2 ** 62)))
+        except ScenarioError:
+            continue           # a drawn world may be too small for the crowd drawn with it
+        seen, followed = _moments(episode, rng)
+        inputs.append(seen)
+        offsets.append(followed)
+        bar.update()
+    bar.close()
+    return np.concatenate(inputs), np.concatenate(offsets)
+
+
+def _moments(episode, rng):
+    """Return the inputs and offsets of some moments of one crowd, of those who walk."""
+    crowd = Crowd(episode, TIME_STEP)
+    positions = [crowd.position.copy()]
+    for _ in range(STEPS):
+        # A visible robot would be part of the crowd: this one stands far away.
+        positions.append(crowd.step((1e4, 1e4), (0.0, 0.0)).position)
+    position = np.stack(positions, axis=1)                                       # (N, T, 2)
+    walks = episode.speed > 0.0
+    when = np.sort(rng.choice(STEPS - motion.STEPS, MOMENTS, replace=False))
+    ago = when[:, None] - np.arange(1, motion.PAST + 1)
+    known = np.where(rng.random((MOMENTS, len(walks))) < NEWCOMERS,
+                     rng.integers(0, motion.PAST, (MOMENTS, len(walks))), motion.PAST)
+    visible = (ago >= 0)[:, None] & (np.arange(motion.PAST) < known[..., None])
+    trail = np.where(visible[..., None], position[:, np.maximum(ago, 0)].swapaxes(0, 1), np.nan)
+    now = position[:, when].swapaxes(0, 1)
+    velocity = (now - position[:, np.maximum(when - 1, 0)].swapaxes(0, 1)) / TIME_STEP
+    radius = np.broadcast_to(episode.radius, now.shape[:2])
+    agents = Agents(now, velocity, radius, np.ones(radius.shape, dtype=bool), trail)
+    seen = motion.look(agents, episode.scenario.field, TIME_STEP)
+    foreseen = motion.constant_velocity(agents, motion.STEPS, TIME_STEP).position[:, :, 0]
+    after = position[:, when[:, None] + np.arange(1, motion.STEPS + 1)].swapaxes(0, 1)
+    offset = rotate(after - foreseen, -seen.heading[..., None])
+    return seen.inputs[:, walks].reshape(-1, motion.INPUTS), offset[:, walks].reshape(
+        -1, motion.STEPS, 2).astype(np.float32)
+
+
+def mirrored(inputs, offsets):
+    """Return states (S, INPUTS) and offsets reflected left to right: people have no side."""
+    inputs, offsets = inputs.copy(), offsets.copy()
+    start, end = len(motion.OWN), len(motion.OWN) + 2 * len(motion.LAGS)
+    inputs[:, start + 1:end:2] *= -1.0
+    rays = inputs[:, end:end + motion.RAYS]
+    rays[:, 1:] = rays[:, :0:-1].copy()
+    beside = inputs[:, end + motion.RAYS:].reshape(
+        len(inputs), motion.NEIGHBOURS, len(motion.NEIGHBOUR))
+    for name in ('y', 'vy'):
+        beside[:, :, motion.NEIGHBOUR.index(name)] *= -1.0
+    offsets[..., 1] *= -1.0
+    return inputs, offsets
+
+
+def negative_log_likelihood(outputs, offsets):
+    """Return the mean loss of `outputs` (S, OUTPUTS) given what followed, `offsets` (S, H, 2)."""
+    chance = torch.log_softmax(outputs[:, :motion.MODES], dim=-1)
+    ways = outputs[:, motion.MODES:].reshape(-1, motion.MODES, motion.STEPS, 3)
+    log_spread = ways[..., 2].clamp(*motion.LOG_SPREAD)
+    miss = ((offsets[:, None] - ways[..., :2]) ** 2).sum(dim=-1)
+    likelihood = (-0.5 * miss * torch.exp(-2.0 * log_spread) - 2.0 * log_spread
+                  - math.log(2.0 * math.pi)).mean(dim=-1)
+    return -torch.logsumexp(chance + SHARPNESS * likelihood, dim=-1).mean()
+
+
+def fit(inputs, offsets, epochs, seed):
+    """Return the torch network fitted to `inputs` and `offsets`, and its last epoch's loss."""
+    torch.manual_seed(seed)
+    rng = np.random.default_rng(seed)
+    network = mlp(motion.INPUTS, [*SIZES, motion.OUTPUTS])
+    optimizer = torch.optim.Adam(network.parameters(), LEARNING_RATE)
+    batches = max(1, len(inputs) // BATCH)
+    decay = torch.optim.lr_scheduler.CosineAnnealingLR(
+        optimizer, epochs * batches, 0.02 * LEARNING_RATE)
+    bar = tqdm(range(epochs), desc='fitting', unit='epoch')
+    for _ in bar:
+        losses = []
+        for number, rows in enumerate(np.array_split(rng.permutation(len(inputs)), batches)):
+            pair = inputs[rows], offsets[rows]
+            pair = mirrored(*pair) if number % 2 else pair
+            loss = negative_log_likelihood(*(
+                (network(torch.from_numpy(pair[0])), torch.from_numpy(pair[1]))))
+            optimizer.zero_grad()
+            loss.backward()
+            torch.nn.utils.clip_grad_norm_(network.parameters(), 1.0)
+            optimizer.step()
+            decay.step()
+            losses.append(loss.item())
+        if not np.isfinite(losses[-1]):
+            raise TrainingDiverged('the loss is no longer a number: lower LEARNING_RATE')
+        bar.set_postfix(loss=f'{np.mean(losses):.3f}')
+    return network, float(np.mean(losses))
+
+
+def train_motion(names, crowds, epochs, seed):
+    """Return the MotionModel learnt from `crowds` crowds of the scenarios called `names`."""
+    rng = np.random.default_rng(seed)
+    inputs, offsets = watch([load_scenario(name) for name in names], crowds, rng)
+    network, loss = fit(inputs, offsets, epochs, seed)
+    linear = [layer for layer in network if isinstance(layer, torch.nn.Linear)]
+    layers = [(layer.weight.detach().numpy().T.copy(), layer.bias.detach().numpy().copy())
+              for layer in linear]
+    model = motion.MotionModel(layers, {})
+    unseen = watch([load_scenario(name) for name in names], max(1, crowds // 10), rng)
+    return motion.MotionModel(layers, {
+        'scenarios': list(names), 'crowds': crowds, 'states': len(inputs), 'epochs': epochs,
+        'seed': seed, 'loss': loss, 'commit': commit(), 'unseen': errors(model, *unseen)})
+
+
+def errors(model, inputs, offsets):
+    """
+    Return how far a MotionModel is off at its last step, in metres, root mean square.
+
+    likeliest: its likeliest way; best: the best of its ways; constant_velocity: the paper's.
+    """
+    chance, ways, _ = motion.read(model.outputs(inputs))
+    miss = ((offsets[:, None] - ways) ** 2).sum(axis=-1)[..., -1]
+    likeliest = miss[np.arange(len(miss)), chance.argmax(axis=-1)]
+    kept = (offsets[:, -1] ** 2).sum(axis=-1)
+    return {name: round(float(np.sqrt(square.mean())), 4) for name, square in (
+        ('likeliest', likeliest), ('best', miss.min(axis=-1)), ('constant_velocity', kept))}
