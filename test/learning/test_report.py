@@ -26,7 +26,8 @@ pytestmark = pytest.mark.extras
 
 OUTCOMES = {'goal': 0.75, 'collision': 0.25, 'wall_collision': 0.0, 'timeout': 0.0}
 LOG = [{'episodes': 32 * number, 'loss': 1.0 / number, **OUTCOMES} for number in range(1, 30)]
-CELLS = [{'episodes': 100, 'scenario': 'curve_path', 'case': case, 'time': 14.25, **OUTCOMES}
+CELLS = [{'episodes': 100, 'scenario': 'curve_path', 'case': case, 'time': 14.25,
+          'total_reward': 5.0, **OUTCOMES}
          for case in ('none', 'mixed')]
 
 
@@ -35,7 +36,7 @@ def test_curves_are_drawn_before_and_after_the_first_evaluation(tmp_path, cells)
     draw_curves({'log': LOG, 'evaluation': cells}, tmp_path / 'curves.png')
 
     picture = cv2.imread(str(tmp_path / 'curves.png'))
-    assert picture.shape == (800, 1000, 3)
+    assert picture.shape == (1100, 1000, 3)
     assert picture.std() > 5.0
 
 
@@ -54,3 +55,19 @@ def test_the_card_says_how_the_weights_came_about_and_what_they_reach(tmp_path):
     assert card.startswith('# some')
     assert '100 episodes (2 min) from seed 7 at commit abc, after 10 demonstrations' in card
     assert '| curve_path | mixed | 75.0% | 25.0% | 0.0% | 0.0% | 14.25 |' in card
+
+
+def test_the_card_of_a_baseline_says_that_it_is_for_comparison(tmp_path):
+    settings = {'seed': 7, 'imitation_episodes': 10, 'scenarios': {'curve_path': 1},
+                'radius': (0.15, 0.35), 'preferred_speed': (0.3, 1.0), 'evaluation_episodes': 40}
+    metadata = {'name': 'some', 'network': {'kind': 'cadrl', 'sizes': {'value': [8, 1]}},
+                'reward': 'R4', 'discount': 0.9, 'time_step': 0.25,
+                'decision': {'horizons': [1], 'caution': 0.0},
+                'training': {'settings': settings, 'episodes': 100, 'seconds': 120.0,
+                             'commit': 'abc'}}
+
+    write_card(metadata, CELLS, tmp_path / 'some.md')
+
+    text = (tmp_path / 'some.md').read_text()
+    assert 'CADRL: the least value of any pair' in text
+    assert 'It sees no walls: for comparison in the simulator, never for a robot.' in text

@@ -27,6 +27,9 @@ from wallnav_ros.world.files import atomic_write
 
 matplotlib.use('Agg')
 
+OURS = ('Not for people who run, nor for floors that are not flat: it has met neither. It assumes '
+        'that everything within 5 m is seen by the laser or is in the map.',)
+BASELINE = ('It sees no walls: for comparison in the simulator, never for a robot.',)
 SMOOTHING = 10      # rounds that a training curve is averaged over
 
 
@@ -51,6 +54,7 @@ def draw_curves(rows, path):
         _draw_cells(axes, cells, column)
     greedy.set(ylabel='greedy success', ylim=(0.0, 1.02), title='Greedy, every cell apart')
     reward.set(xlabel='episodes', ylabel='total reward of an episode')
+    reward.legend(ncols=3, fontsize='x-small')
     with atomic_write(path, 'wb') as stream:
         figure.savefig(stream, format='png', dpi=100)
 
@@ -65,8 +69,6 @@ def _draw_cells(axes, cells, column):
     axes.plot(when, [np.mean([row[column] for row in cells if row['episodes'] == moment])
                      for moment in when], color='black', linewidth=2.5, marker='o', label='mean')
     axes.grid(alpha=0.3)
-    if cells:
-        axes.legend(ncols=3, fontsize='x-small')
 
 
 def write_card(metadata, cells, path):
@@ -99,8 +101,7 @@ def write_card(metadata, cells, path):
     for row in cells:
         rates = ' | '.join(f'{row[name]:.1%}' for name in OUTCOMES[1:])
         lines.append(f'| {row["scenario"]} | {row["case"]} | {rates} | {row["time"]:.2f} |')
-    lines += ['', 'Not for people who run, nor for floors that are not flat: it has met neither. '
-              'It assumes that everything within 5 m is seen by the laser or is in the map.', '']
+    lines += ['', *(OURS if network['kind'] == 'three_mlp' else BASELINE), '']
     with atomic_write(path) as stream:
         stream.write('\n'.join(lines))
 
