@@ -28,8 +28,8 @@ from wallnav_ros.world.files import atomic_write
 matplotlib.use('Agg')
 
 OURS = ('Not for people who run, nor for floors that are not flat: it has met neither. It assumes '
-        'that everything within 5 m is seen by the laser or is in the map.',)
-BASELINE = ('It sees no walls: for comparison in the simulator, never for a robot.',)
+        'that everything within 5 m is seen by the laser or is in the map.')
+BASELINE = ('It sees no walls: for comparison in the simulator, never for a robot.')
 SMOOTHING = 10      # rounds that a training curve is averaged over
 
 
@@ -101,7 +101,7 @@ def write_card(metadata, cells, path):
     for row in cells:
         rates = ' | '.join(f'{row[name]:.1%}' for name in OUTCOMES[1:])
         lines.append(f'| {row["scenario"]} | {row["case"]} | {rates} | {row["time"]:.2f} |')
-    lines += ['', *(OURS if network['kind'] == 'three_mlp' else BASELINE), '']
+    lines += ['', OURS if network['kind'] == 'three_mlp' else BASELINE, '']
     with atomic_write(path) as stream:
         stream.write('\n'.join(lines))
 
