@@ -13,6 +13,8 @@
 # limitations under the License.
 """What the base can do: actions it can carry out, ramps it can follow, commands on their way."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -71,3 +73,10 @@ def test_commands_take_effect_one_latency_after_they_were_given():
 
 def test_before_any_command_the_base_stands():
     assert not Ramp(LIMITS).in_effect(5.0, [0.0, 0.05]).any()
+
+
+def test_limits_that_are_lowered_hold_at_once():
+    ramp = Ramp(LIMITS)
+    ramp.give(AHEAD, 0.0)
+    ramp.limits = replace(LIMITS, max_speed=0.3)
+    assert ramp.towards(AHEAD, 1.0, 0.05)[0] == 0.3

@@ -77,7 +77,7 @@ def test_a_robot_nearer_to_a_wall_than_its_route_would_lead_it_is_not_lost(place
 
 @pytest.mark.parametrize('goal, told', [
     ((0.1, 5.0), 'too close to a wall'), ((5.0, 5.0), 'too close to a wall'),
-    ((12.0, 5.0), 'no way')])
+    ((12.0, 5.0), 'no way'), ((500.0, 5.0), 'outside the walls')])
 def test_a_goal_that_no_way_leads_to_is_refused_with_the_reason(place, goal, told):
     guide = Guide()
     guide.take_goal(np.array(goal), 'map', place)

@@ -82,10 +82,14 @@ class Ramp:
         """
         Return the command (2,) to give at `now` on the way to `wanted` (2,).
 
-        It is where the base can be within `period` s, when the next command is due.
+        It is where the base can be within `period` s, when the next command is due, and never
+        beyond the limits in force.
         """
-        reached, change = self._reached_by(now), self.limits.rates * period
-        return reached + np.clip(wanted - reached, -change, change)
+        limits, reached = self.limits, self._reached_by(now)
+        change = limits.rates * period
+        most = np.array([limits.max_speed, limits.max_turn_rate])
+        least = -most * (1.0 if limits.reverse else 0.0, 1.0)
+        return np.clip(reached + np.clip(wanted - reached, -change, change), least, most)
 
     def give(self, command, now):
         """Note that `command` (2,) is given at `now`; returns it."""

@@ -91,6 +91,11 @@ class Driver:
         safe = self._stoppable(observation, command[None], self.time_step, now)[0]
         return command if safe else None
 
+    @property
+    def command(self):
+        """Return the command (2,) given last."""
+        return self._ramp.command
+
     def reach(self, period):
         """Return how far off, in metres, things matter to a command due every `period` s."""
         return self._base.clearance + self._radius + stopping_distance(

@@ -28,10 +28,12 @@ from wallnav_ros.navigation.localisation import MAP
 from wallnav_ros.navigation.watchdogs import Stop
 from wallnav_ros.world.geometry import to_child, to_parent
 
+FARTHEST = 1e6         # m; what lies farther off is no place of a robot
 PATIENCE = 8.0         # s without getting nearer, after which another way is sought
 PROGRESS = 0.5         # m that count as getting nearer
 GOAL_DRIFT = 0.2       # m that a goal may move in the map before its route is planned anew
 PATH_END = 0.5         # m between the end of a path and the goal that it leads to
+OUTSIDE = 50.0         # m beyond all walls that a route is still sought
 SNAP = np.stack(np.meshgrid(*2 * [np.linspace(-0.4, 0.4, 9)]), axis=-1).reshape(-1, 2)
 
 
@@ -89,6 +91,8 @@ class Guide:
         """
         if not len(points) or not np.isfinite(points).all():
             return 'empty, or a coordinate is not finite'
+        if np.abs(points).max() > FARTHEST:
+            return f'farther off than {FARTHEST:g} m'
         if place.frame_in_state(frame) is None:
             return f'frame {frame!r} is not known'
         self._given = np.asarray(points, dtype=float), frame
@@ -114,6 +118,8 @@ class Guide:
     def plan(self, place, walls, radius):
         """Plan the route on `walls` for a robot of `radius` m; returns why there is none."""
         start = place.newest()
+        if _outside(walls, self.goal_in_state(place)) > OUTSIDE:
+            return f'more than {OUTSIDE:g} m outside the walls of the map'
         try:
             route = plan_route(_with_points(walls, self._blocking),
                                self.goal_in_state(place), radius)
@@ -173,10 +179,11 @@ class Guide:
     def _given_path(self, place, walls, radius):
         """Return the GivenPath to the goal, None where there is none."""
         relation = place.frame_in_state(self._given[1]) if self._given else None
-        if relation is None:
+        goal = self.goal_in_state(place)
+        if relation is None or goal is None:
             return None
         points = to_parent(relation, self._given[0])
-        leads = np.hypot(*(points[-1] - self.goal_in_state(place))) <= PATH_END
+        leads = np.hypot(*(points[-1] - goal)) <= PATH_END
         return GivenPath(points, walls, radius) if leads else None
 
 
@@ -184,6 +191,8 @@ def _unusable(position, frame, place):
     """Return why a goal cannot be used, or None."""
     if not np.isfinite(position).all():
         return 'a coordinate is not finite'
+    if np.abs(position).max() > FARTHEST:
+        return f'farther off than {FARTHEST:g} m'
     if place.frame_in_state(frame) is not None:
         return None
     hint = ('the robot is not localised (no amcl_pose, no transform)' if frame == MAP
@@ -198,6 +207,13 @@ def _snap(route, position):
     near = position + SNAP[np.argsort(np.hypot(*SNAP.T), kind='stable')]
     known = np.isfinite(route.to_go(near))
     return near[known.argmax()] if known.any() else position
+
+
+def _outside(walls, point):
+    """Return how far in metres `point` (2,) lies outside the grid of `walls`."""
+    size = np.array(walls.distance.shape[::-1]) * walls.resolution
+    local = to_child(walls.pose, point)
+    return float(np.maximum(-local, local - size).max())
 
 
 def _with_points(walls, points):

@@ -83,6 +83,11 @@ class Navigator:
         self.scene.map_walls, self.plan = walls, None
 
     @property
+    def command(self):
+        """Return the command (2,) given last, m/s and rad/s."""
+        return self._driver.command
+
+    @property
     def walls(self):
         """Return the DistanceField of the mapped walls, in the map frame, or None."""
         return self.scene.map_walls

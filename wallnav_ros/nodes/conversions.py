@@ -41,6 +41,8 @@ TRACK_FIELDS = (
     ('id', '<u4', PointField.UINT32), ('label', 'u1', PointField.UINT8))
 TRACK_TYPE = np.dtype([(name, kind) for name, kind, _ in TRACK_FIELDS])
 MOST_TRACKS = 10_000       # more in one message is no crowd but a fault
+FARTHEST = 1e6             # m; what lies farther off is no place of a robot
+FASTEST = 100.0            # m/s and rad/s; what is faster is no robot
 
 
 class MessageError(ValueError):
@@ -67,12 +69,15 @@ def pose_from_message(pose):
     """
     Return a geometry_msgs Pose as x, y, yaw (3,); height, roll and pitch are left out.
 
-    Raises MessageError where it is not finite or its quaternion is not of unit length.
+    Raises MessageError where it is not finite, absurdly far off, or its quaternion is not of
+    unit length.
     """
     turn = pose.orientation
     values = (pose.position.x, pose.position.y, turn.x, turn.y, turn.z, turn.w)
     if not all(map(math.isfinite, values)):
         raise MessageError('pose: not finite')
+    if max(abs(pose.position.x), abs(pose.position.y)) > FARTHEST:
+        raise MessageError(f'pose: farther off than {FARTHEST:g} m')
     try:
         return np.array([pose.position.x, pose.position.y,
                          yaw_of(turn.x, turn.y, turn.z, turn.w)])
@@ -92,12 +97,14 @@ def odometry_from_message(message):
     """
     Return stamp (s), pose (3,) and velocity (2,), m/s forward and rad/s, of an Odometry.
 
-    Raises MessageError where something in it is not finite or no pose.
+    Raises MessageError where something in it is not finite, absurd or no pose.
     """
     twist = message.twist.twist
     velocity = np.array([twist.linear.x, twist.angular.z])
     if not np.isfinite(velocity).all():
         raise MessageError('twist: not finite')
+    if np.abs(velocity).max() > FASTEST:
+        raise MessageError(f'twist: faster than {FASTEST:g} m/s or rad/s')
     return seconds(message.header.stamp), pose_from_message(message.pose.pose), velocity
 
 
@@ -171,9 +178,9 @@ def tracks_from_message(message):
     position = np.stack((rows['x'], rows['y']), axis=1).astype(float)
     velocity = np.stack((rows['vx'], rows['vy']), axis=1).astype(float)
     radius = rows['radius'].astype(float)
-    if not (np.isfinite(position).all() and np.isfinite(velocity).all()
-            and np.isfinite(radius).all() and (radius >= 0.0).all()):
-        raise MessageError('tracks: a value is not finite, or a radius is negative')
+    if not ((np.abs(position) <= FARTHEST).all() and (np.abs(velocity) <= FASTEST).all()
+            and (radius >= 0.0).all() and (radius <= FARTHEST).all()):
+        raise MessageError('tracks: a value is not finite or absurd, or a radius is negative')
     return Tracks(seconds(message.header.stamp), rows['id'].copy(), position, velocity, radius,
                   rows['label'].copy())
 
