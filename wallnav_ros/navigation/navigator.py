@@ -46,7 +46,7 @@ class Navigator:
 
     def __init__(self, lookahead, tracker, settings=NavigatorSettings(), localisation=None):
         self.localisation = localisation or Localisation()
-        self.guide, self.scene = Guide(), Scene(self.localisation)
+        self.guide, self.scene = Guide(), Scene(self.localisation, lookahead.rule.time_step)
         self.laser_pose = np.zeros(3)
         self.rejected = Counter()
         self.clock, self.loop = ClockWatch(), LoopWatch(settings.control_period)

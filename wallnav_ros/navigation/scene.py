@@ -17,11 +17,14 @@ What is around the robot, in the state frame and carried forward to the moment i
 Tracks as agents, beams and mapped walls as distances; paper section 2 (state).
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from wallnav_ros.navigation.localisation import MAP
 from wallnav_ros.navigation.surfaces import (
     add_surfaces, assign_points, NearSurfaces, outlines, scan_points)
+from wallnav_ros.navigation.trails import Trails
 from wallnav_ros.world.geometry import rotate, to_parent
 from wallnav_ros.world.state import Agents, Observation
 from wallnav_ros.world.tracks import Tracks
@@ -33,14 +36,27 @@ class Scene:
     """
     The newest tracks, scan and map, placed by a Localisation.
 
-    tracks: the newest Tracks, in the odometry's frame, or None. map_walls: DistanceField of the
-    mapped walls, in the map's frame, or None.
+    time_step: s between two decisions, and between the places of a trail. map_walls:
+    DistanceField of the mapped walls, in the map's frame, or None.
     """
 
-    def __init__(self, place):
-        self.tracks = self.map_walls = None
-        self._place = place
+    def __init__(self, place, time_step):
+        self.map_walls = None
+        self._place, self._tracks, self._trails = place, None, Trails(time_step)
         self._points, self._laser = np.empty((0, 2)), np.zeros(3)
+
+    @property
+    def tracks(self):
+        """Return the newest Tracks, in the odometry's frame, or None."""
+        return self._tracks
+
+    @tracks.setter
+    def tracks(self, tracks):
+        self._tracks = tracks
+        if tracks is None:
+            self._trails.forget()
+        else:
+            self._trails.take(tracks)
 
     def take_scan(self, scan, laser):
         """Take the beams of a Scan from a laser at the pose (3,) in the odometry's frame."""
@@ -58,6 +74,8 @@ class Scene:
     def observe(self, robot, now):
         """Return the Observation of a Robot at `now` (s)."""
         agents, points = self._seen(now)
+        trail = to_parent(self._place.odom_in_state, self._trails.of(self._tracks))
+        agents = replace(agents, trail=trail)
         return Observation(robot, agents, add_surfaces(points, self.walls, robot.position))
 
     def observe_near(self, robot, now, reach):
