@@ -93,7 +93,7 @@ def look_up(views, scan, points, lateral, depth, slack):
     margin = depth + slack * distance
     free = seen & (depths[..., 0] > distance + margin)
     occupied = (depths[..., 1] - margin <= distance) & (distance <= depths[..., 2] + margin)
-    return free, occupied & seen & ~free
+    return free, occupied & seen
 
 
 def _beams_towards(bearing, scan):
