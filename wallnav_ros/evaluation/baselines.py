@@ -78,5 +78,6 @@ def load_baseline(path, horizons=None, caution=None):
     tensors = value_function.checked_tensors(
         path, metadata, arrays, sight.describe(), kind.layers,
         lambda sizes: kind.shapes(sizes, sight.own, sight.agent))
-    lookahead = Lookahead.from_weights(kind.value(metadata, tensors), horizons, caution)
+    lookahead = Lookahead.from_weights(kind.value(metadata, tensors), horizons, caution,
+                                       constant_velocity=True)
     return sight.policy(sight.lookahead(lookahead.value, lookahead.actions, lookahead.rule))
