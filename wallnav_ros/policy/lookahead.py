@@ -23,14 +23,16 @@ import numpy as np
 
 from wallnav_ros.policy import features
 from wallnav_ros.policy.actions import make_actions, STOP
-from wallnav_ros.policy.motion import constant_velocity
-from wallnav_ros.policy.rewards import reward_terms, someone_passing, StepFacts, total
+from wallnav_ros.policy.motion import constant_velocity, Forecast
+from wallnav_ros.policy.rewards import (
+    Gains, reward_terms, someone_passing, StepFacts, total)
 from wallnav_ros.world.geometry import closest_approach, drive_unicycle
 from wallnav_ros.world.state import Agents, Robot
 
 GOAL_TOLERANCE = 0.2      # m, distance at which the goal counts as reached
 MOST_AGENTS = 16          # the nearest so many are looked at: as many as training knows
 CAUTION_COST = 1.0        # per step, of brushing past a walking agent
+NO_MATTER = 3.0           # standard deviations beyond which an agent is not expected
 
 
 @dataclass(frozen=True)
@@ -169,46 +171,43 @@ class Lookahead:
         before = np.concatenate(
             (np.broadcast_to(robot.position[:, None, None], position[:, :, :1].shape),
              position[:, :, :-1]), axis=2)
-        gaps, survival = self._foresee(robot, agents, walls, before, position)
+        forecast, near = self._foresee(robot, agents, walls, steps)
+        gaps, survival = _contacts(
+            robot, Agents(agents.position[:, near], agents.velocity[:, near],
+                          agents.radius[:, near], agents.present[:, near]),
+            Forecast(*(part[:, near] for part in vars(forecast).values())), before, position)
         collided, facts = self._facts(robot, agents, walls, before, position, speed, gaps)
-        rewards = total(reward_terms(rule.reward, facts)) - self._brushes(agents, gaps)
+        rewards = total(reward_terms(rule.reward, facts))
+        rewards -= self._brushes(agents.velocity[:, near], gaps)
         over = np.logical_or.accumulate(facts.reached | collided, axis=-1)
         rewards[..., 1:][over[..., :-1]] = 0.0
         poses = np.concatenate((position, np.broadcast_to(
             first[:, :, None, 2:], position.shape[:-1] + (1,))), axis=-1)
         return Rollout(poses, rewards, over, collided[..., 0], survival)
 
-    def _foresee(self, robot, agents, walls, before, after):
+    def _foresee(self, robot, agents, walls, steps):
         """
-        Return gaps (B, A, H, N) to each agent's likeliest way, and the survival (B, A, H).
+        Return the Forecast of all agents, and the columns (M,) of those that matter.
 
-        A gap is the least on a step, in metres, inf for padding.
+        Whoever no robot can come near to, in `steps` steps at its preferred speed, does not.
         """
-        dt, steps = self.rule.time_step, after.shape[2]
+        dt = self.rule.time_step
         if self.motion is None or not agents.radius.shape[1]:
             forecast = constant_velocity(agents, steps, dt)
         else:
             forecast = self.motion.forecast(agents, walls, steps, dt)
-        now = np.broadcast_to(agents.position[:, :, None, None],
-                              forecast.position[..., :1, :].shape)
-        # (B, 1, H, N, K, 2), to go with the robot's (B, A, H, 1, 1, 2).
-        there = np.moveaxis(np.concatenate((now, forecast.position), axis=3), 3, 1)[:, None]
-        approach = closest_approach(
-            before[..., None, None, :] - there[:, :, :-1],
-            (after - before)[..., None, None, :] - (there[:, :, 1:] - there[:, :, :-1]))
-        reach = robot.radius[:, None] + agents.radius
-        gap = np.where(agents.present[:, None, None, :, None],
-                       approach - reach[:, None, None, :, None], np.inf)
-        missed = (1.0 - forecast.hit(gap)).prod(axis=-1)
-        likeliest = forecast.chance.argmax(axis=-1)[:, None, None, :, None]
-        likely = np.take_along_axis(gap, np.broadcast_to(
-            likeliest, gap.shape[:-1] + (1,)), axis=-1)[..., 0]
-        # One contact that is foreseen over several steps is still one contact.
-        return likely, np.minimum.accumulate(missed, axis=-1)
-
-    def _brushes(self, agents, gaps):
-        """Return the cost (B, A, H) of passing walking agents too closely."""
+        offset = forecast.position - robot.position[:, None, None, None]
+        room = np.sqrt(np.einsum('...i,...i->...', offset, offset)) - NO_MATTER * forecast.spread
+        room -= (robot.preferred_speed[:, None] * dt)[..., None, None] * np.arange(1, steps + 1)
         speed = np.linalg.norm(agents.velocity, axis=-1)
+        wanted = (robot.radius[:, None] + agents.radius + Gains().comfort_distance
+                  + (self.rule.caution + dt) * speed)
+        matters = agents.present & (room.min(axis=(-1, -2)) < wanted)
+        return forecast, np.flatnonzero(matters.any(axis=0))
+
+    def _brushes(self, velocity, gaps):
+        """Return the cost (B, A, H) of `gaps` too close to agents of `velocity` (B, N, 2)."""
+        speed = np.linalg.norm(velocity, axis=-1)
         margin = (self.rule.caution * speed)[:, None, None]
         lack = np.clip((margin - gaps) / np.maximum(margin, 1e-9), 0.0, 1.0)
         return CAUTION_COST * np.where(margin > 0.0, lack, 0.0).max(axis=-1, initial=0.0)
@@ -253,3 +252,27 @@ def _nearest(agents, robot):
     gap = np.linalg.norm(agents.position - robot.position, axis=1) - agents.radius
     rows = np.sort(np.argsort(np.where(agents.present, gap, np.inf), kind='stable')[:MOST_AGENTS])
     return Agents(*(part[rows] for part in vars(agents).values()))
+
+
+def _contacts(robot, agents, forecast, before, after):
+    """
+    Return gaps (B, A, H, N) to each agent's likeliest way, and the survival (B, A, H).
+
+    before, after: (B, A, H, 2), where each step of the robot begins and ends. A gap is the
+    least on a step, in metres, inf for padding.
+    """
+    now = np.broadcast_to(agents.position[:, :, None, None], forecast.position[..., :1, :].shape)
+    # (B, 1, H, N, K, 2), to go with the robot's (B, A, H, 1, 1, 2).
+    there = np.moveaxis(np.concatenate((now, forecast.position), axis=3), 3, 1)[:, None]
+    approach = closest_approach(
+        before[..., None, None, :] - there[:, :, :-1],
+        (after - before)[..., None, None, :] - (there[:, :, 1:] - there[:, :, :-1]))
+    reach = robot.radius[:, None] + agents.radius
+    gap = np.where(agents.present[:, None, None, :, None],
+                   approach - reach[:, None, None, :, None], np.inf)
+    missed = (1.0 - forecast.hit(gap)).prod(axis=-1)
+    likeliest = forecast.chance.argmax(axis=-1)[:, None, None, :, None]
+    likely = np.take_along_axis(gap, np.broadcast_to(
+        likeliest, gap.shape[:-1] + (1,)), axis=-1)[..., 0]
+    # One contact that is foreseen over several steps is still one contact.
+    return likely, np.minimum.accumulate(missed, axis=-1)
