@@ -24,6 +24,7 @@ import pytest
 
 from wallnav_ros.policy.actions import ActionSet, make_actions, STOP
 from wallnav_ros.policy.lookahead import Lookahead, Rule
+from wallnav_ros.policy.motion import constant_velocity, Forecast
 from wallnav_ros.world.distance_field import DistanceField
 from wallnav_ros.world.state import Agents, Observation, Robot
 
@@ -303,3 +304,73 @@ def test_the_rule_comes_with_the_weights_unless_overridden():
     assert lookahead.rule == Rule((2, 4), 0.2, 0.95, 'R2', 0.1)
     assert np.abs(lookahead.actions.turn_rate).max() == 1.0
     assert Lookahead.from_weights(Weights(), [1]).rule.horizons == (1,)
+
+
+class TwoWays:
+    """A motion model: everyone keeps their velocity, or with `chance` is at `place` instead."""
+
+    def __init__(self, chance, place, spread=0.0):
+        self.chance, self.place, self.spread = chance, np.array(place, dtype=float), spread
+
+    def forecast(self, agents, walls, steps, time_step):
+        certain = constant_velocity(agents, steps, time_step)
+        other = np.broadcast_to(self.place, certain.position.shape)
+        shape = agents.radius.shape
+        return Forecast(
+            np.stack((np.full(shape, 1.0 - self.chance), np.full(shape, self.chance)), axis=-1),
+            np.concatenate((certain.position, other), axis=2),
+            np.full((*shape, 2, steps), self.spread))
+
+
+BESIDE = Agents.of([[1.0, 5.0]], [[0.0, 0.0]], [0.3])    # far to the side, and standing
+
+
+def test_a_contact_that_may_happen_costs_its_chance_of_what_would_be_lost():
+    # One step ahead the other way stands in the robot's: 0.4 of all that follows is lost.
+    rule = Rule((1,), reward='R1', aversion=2.0)
+    lookahead = Lookahead(lambda features: np.ones(len(features.robot)), FOUR, rule,
+                          TwoWays(0.4, (0.6, 0.0)))
+
+    decision = lookahead.decide(observe(BESIDE))
+
+    # 0.2 m nearer at 0.01 a metre is paid before; gamma^(dt v) = 0.9^0.2.
+    assert decision.scores[1] == pytest.approx(0.002 - 2.0 * 0.4 + 0.6 * 0.9 ** 0.2)
+
+
+def test_one_contact_foreseen_over_several_steps_is_counted_once():
+    lookahead = Lookahead(nothing, FOUR, Rule((3,)), TwoWays(0.4, (0.6, 0.0)))
+
+    survival = lookahead.roll_out(*batched(observe(BESIDE))).survival[0]
+
+    assert survival[1] == pytest.approx([0.6, 0.6, 0.6])
+    # Who stays 0.1 m short of it does not meet it.
+    assert survival[0] == pytest.approx([1.0, 1.0, 1.0])
+
+
+def test_whom_the_robot_cannot_come_near_to_changes_nothing():
+    far = Agents.of([[9.0, 0.0]], [[1.0, 0.0]], [0.3])
+    lookahead = Lookahead(nothing, FOUR, Rule((3,)), TwoWays(0.4, (9.0, 0.0), 0.1))
+
+    alone = lookahead.decide(observe()).scores
+    assert lookahead.decide(observe(far)).scores == pytest.approx(alone)
+
+
+def test_the_likeliest_way_is_what_collisions_are_judged_by():
+    ahead = Agents.of([[0.55, 0.0]], [[0.0, 0.0]], [0.3])
+
+    def collided(chance):
+        lookahead = Lookahead(nothing, FOUR, Rule((1,)), TwoWays(chance, (0.0, 5.0)))
+        return lookahead.roll_out(*batched(observe(ahead))).collided[0]
+
+    # Most likely it stays where straight on leads; most likely it is gone.
+    assert collided(0.4)[1]
+    assert not collided(0.6)[1]
+
+
+def test_a_sub_goal_is_not_the_goal():
+    near = observe(goal=np.array([0.3, 0.0]))
+    lookahead = Lookahead(nothing, FOUR, Rule((1,)))
+
+    assert lookahead.decide(near).scores[1] > 9.0
+    assert lookahead.decide(replace(near, robot=replace(
+        near.robot, beyond=np.float64(2.0)))).scores[1] < 1.0

@@ -22,6 +22,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from wallnav_ros.mapping.distance_field import distance_field
 from wallnav_ros.simulation.batch import (
     COLLISION, EpisodeBatch, GOAL, RUNNING, TIMEOUT, WALL_COLLISION)
 from wallnav_ros.simulation.episodes import draw_episode, Episode
@@ -40,7 +41,8 @@ def episode_of(goal=(5.0, 0.0), agents=(), walls=None, pose=(0.0, 0.0, 0.0), **s
     """Return an episode of a 0.2 m robot at `pose`; `agents` are (start, goal, radius, speed)."""
     base = draw_episode(load_scenario('cross_path'), 'none', 0)
     walls = Walls.from_polylines([]) if walls is None else walls
-    scenario = replace(base.scenario, walls=walls, polygons=(), **scenario)
+    scenario = replace(base.scenario, walls=walls, polygons=(),
+                       goal=np.array(goal, dtype=float), **scenario)
     robot = replace(base.robot, pose=np.array(pose, dtype=float),
                     goal=np.array(goal, dtype=float))
     start, to, radius, speed = zip(*agents) if agents else ((),) * 4
@@ -253,3 +255,29 @@ def test_the_least_gaps_are_kept_over_the_episode():
     assert batch.min_gap_wall == pytest.approx([0.2])
     # Of the last step, from 0.2 back to 0.0, the gap half way.
     assert facts.wall_gap == pytest.approx([0.7])
+
+
+def test_the_way_round_a_wall_has_a_sub_goal():
+    # A goal straight behind a wall from y = -2 to 2, which a robot of 0.2 m goes round.
+    walls = Walls(np.array([[[2.0, -2.0], [2.0, 2.0]]]))
+    batch = EpisodeBatch([episode_of(goal=(4.0, 0.0), walls=walls,
+                                     field=distance_field(walls))])
+    guided, robot = batch.guided([0]), batch.robot([0])
+
+    assert robot.goal.tolist() == [[4.0, 0.0]]
+    assert robot.beyond.tolist() == [0.0]
+    assert abs(guided.goal[0, 1]) > 2.0                      # past one end of the wall
+    length = np.linalg.norm(guided.goal[0]) + guided.beyond[0]
+    shortest = 2.0 * np.hypot(2.0, 2.2)
+    assert shortest < length < 1.2 * shortest
+
+
+def test_the_trail_says_where_agents_were_and_nothing_before_the_start():
+    batch, _ = drive(episode_of(agents=[((0.0, 3.0), (4.0, 3.0), 0.3, 0.8)]), STAND, STAND)
+    agents = batch.agents([0])
+    trail = agents.trail[0, 0]
+
+    # It has walked two steps of 0.2 m.
+    assert agents.position[0, 0] == pytest.approx([0.4, 3.0])
+    assert trail[:2] == pytest.approx(np.array([[0.2, 3.0], [0.0, 3.0]]))
+    assert np.isnan(trail[2:]).all()

@@ -48,6 +48,9 @@ def parse(arguments):
                         help="decision rule (default: the model's own; 1 is the paper's)")
     parser.add_argument('--caution', type=_seconds, metavar='S',
                         help="decision rule (default: the model's own; 0 is the paper's)")
+    parser.add_argument('--constant-velocity', action='store_true',
+                        help='decision rule: people are foreseen to keep their velocity, as in '
+                             'the paper (default: as the model has learned)')
     parser.add_argument('--robot-visible', action='store_true',
                         help='people see the robot and give way (default: what a scenario says)')
     parser.add_argument('--figures', type=_natural, default=6, metavar='N',
@@ -96,7 +99,8 @@ def _campaigns(options, model):
     """Return one Campaign per cell."""
     seeds = range(options.seed, options.seed + options.episodes)
     own = Campaign(model, '', '', seeds, options.horizons and tuple(options.horizons),
-                   options.caution, True if options.robot_visible else None, options.figures)
+                   options.caution, True if options.robot_visible else None, options.figures,
+                   options.constant_velocity)
     return [replace(own, scenario=name, case=case) for name in options.scenario
             for case in _cases(name, options.case)]
 

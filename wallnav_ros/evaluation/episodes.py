@@ -46,6 +46,7 @@ class Campaign:
 
     model: weight file, its short name, or `orca`. scenario: file or short name.
     case: one of its cases. seeds: range. horizons, caution: None for the model's own rule.
+    constant_velocity: people are foreseen to keep theirs, whatever the model has learned.
     visible: whether people see the robot; None for what the scenario says. watched: how many
     of the first results say where the people were.
     """
@@ -58,6 +59,7 @@ class Campaign:
     caution: float = None
     visible: bool = None
     watched: int = 0
+    constant_velocity: bool = False
 
     def episodes(self, seeds):
         """Return the drawn episodes of `seeds`."""
@@ -67,7 +69,7 @@ class Campaign:
         return [draw_episode(scenario, self.case, seed) for seed in seeds]
 
 
-def load_policy(model, horizons=None, caution=None):
+def load_policy(model, horizons=None, caution=None, constant_velocity=False):
     """
     Return the policy called `model`.
 
@@ -78,7 +80,8 @@ def load_policy(model, horizons=None, caution=None):
     path = find_asset('models', model, '.npz')
     if is_baseline(path):
         return load_baseline(path, horizons, caution)
-    return GreedyPolicy(Lookahead.from_weights(load_value_function(path), horizons, caution))
+    return GreedyPolicy(Lookahead.from_weights(
+        load_value_function(path), horizons, caution, constant_velocity))
 
 
 def run_campaigns(campaigns, workers=1, progress=True):
@@ -112,6 +115,7 @@ def _collect(batches, jobs, results, bar):
 
 def _run_batch(job):
     campaign, seeds = job
-    policy = load_policy(campaign.model, campaign.horizons, campaign.caution)
+    policy = load_policy(campaign.model, campaign.horizons, campaign.caution,
+                         campaign.constant_velocity)
     watched = max(0, campaign.watched - (seeds.start - campaign.seeds.start))
     return run_episodes(campaign.episodes(seeds), policy, watched=watched)
