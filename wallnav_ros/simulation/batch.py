@@ -135,16 +135,17 @@ class EpisodeBatch:
         passing = someone_passing(before, agents_before)
         pose = drive_unicycle(before.pose, commands[:, 0], commands[:, 1], self.time_step)
         self._robot = replace(before, pose=pose, velocity=commands)
-        self._agents = self._walk(running)
+        self._agents = self._walk(running, before)
         self._trail.append(self._agents)
         facts = self._facts(before, agents_before, passing & (commands[:, 0] < STOPPED))
         self._settle(running, facts)
         return StepFacts(**{**vars(facts), 'ended': self.outcome != RUNNING})
 
-    def _walk(self, running):
+    def _walk(self, running, robot):
+        """Return the agents after a step in which a visible `robot` is where they see it now."""
         position, velocity = self._agents.position.copy(), self._agents.velocity.copy()
         for row in np.flatnonzero(running):
-            pose, (speed, _) = self._robot.pose[row], self._robot.velocity[row]
+            pose, (speed, _) = robot.pose[row], robot.velocity[row]
             crowd = self._crowds[row]
             crowd.step(pose[:2], (speed * np.cos(pose[2]), speed * np.sin(pose[2])))
             position[row, :len(crowd.position)] = crowd.position
