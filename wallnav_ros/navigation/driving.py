@@ -24,6 +24,7 @@ import numpy as np
 from wallnav_ros.navigation.base import achievable, Ramp
 from wallnav_ros.navigation.plans import Plan
 from wallnav_ros.navigation.stopping import STEP, steps_of, stoppable, stopping_distance
+from wallnav_ros.navigation.thawing import Thaw
 from wallnav_ros.navigation.watchdogs import Stop
 from wallnav_ros.policy.actions import STOP
 from wallnav_ros.world.geometry import drive_unicycle
@@ -44,7 +45,7 @@ class Driver:
     """
 
     def __init__(self, lookahead, settings):
-        self._policy, self._ramp = lookahead, Ramp(settings.base)
+        self._policy, self._ramp, self._thaw = lookahead, Ramp(settings.base), Thaw()
         self.time_step = lookahead.rule.time_step
         self.set_settings(settings)
 
@@ -78,10 +79,21 @@ class Driver:
             command = back
         else:
             stop = _why_blocked(observation)
+        helped = self._help(observation, command, now)
+        if helped is not None:
+            command, stop, action = helped, None, None
         path = decision.path
         if action != decision.action:
             path = np.stack((robot.pose, drive_unicycle(robot.pose, *command, step)))
         return Plan(stamp, command, stop, action == STOP, path, robot.goal, frame)
+
+    def _help(self, observation, command, now):
+        """Return a command (2,) for a policy that has frozen, or None."""
+        offered = self._thaw.offer(observation, command, self._base, now)
+        if offered is None:
+            return None
+        safe = self._stoppable(observation, offered, self.time_step, now)
+        return offered[safe.argmax()] if safe.any() else None
 
     def _way_back(self, observation, now):
         """Return a command (2,) that backs off, None where that is not allowed or not safe."""
