@@ -374,3 +374,18 @@ def test_a_sub_goal_is_not_the_goal():
     assert lookahead.decide(near).scores[1] > 9.0
     assert lookahead.decide(replace(near, robot=replace(
         near.robot, beyond=np.float64(2.0)))).scores[1] < 1.0
+
+
+def test_the_warning_zone_of_r3_is_felt_where_the_step_ends():
+    # Walking away at 1 m/s: the zone reaches 0.3 + 0.5 x 1 m beyond its 0.3 m. It goes from 1.2
+    # to 1.45 m, the robot from 0 to 0.2 m: 1.25 m apart, 0.15 m outside. Standing still it is
+    # 1.45 m away; one that comes nearer, at 0.95 m, is 0.15 m or 0.35 m inside.
+    def score(agents, action):
+        lookahead = Lookahead(nothing, FOUR, Rule((1,), reward='R3'))
+        return lookahead.decide(observe(Agents.of(*agents))).scores[action]
+
+    away = ([[1.2, 0.0]], [[1.0, 0.0]], [0.3])
+    towards = ([[1.2, 0.0]], [[-1.0, 0.0]], [0.3])
+    assert score(away, 1) == pytest.approx(0.002)
+    assert score(towards, 0) == pytest.approx(0.2 * (np.exp(-0.15) - 0.3))
+    assert score(towards, 1) == pytest.approx(0.2 * (np.exp(-0.35) - 0.3))

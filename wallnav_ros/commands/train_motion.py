@@ -18,12 +18,14 @@ Its weights are what `train` hands to the policy it trains (docs/learning.md).
 """
 
 import argparse
+from pathlib import Path
 import sys
 
 from wallnav_ros.learning.motion import train_motion
 from wallnav_ros.learning.trainer import TrainingDiverged
 from wallnav_ros.policy.motion_weights import save_motion
 from wallnav_ros.simulation.scenarios import ScenarioError
+from wallnav_ros.world.files import atomic_write
 
 
 def parse(arguments):
@@ -45,6 +47,8 @@ def main(arguments=None):
     try:
         model = train_motion(options.scenario, options.crowds, options.epochs, options.seed)
         save_motion(model, options.out)
+        with atomic_write(Path(options.out).with_suffix('.md')) as stream:
+            stream.write(card(model.training))
     except (OSError, ScenarioError) as error:
         print(f'train_motion: {error}', file=sys.stderr)
         return 2
@@ -55,6 +59,24 @@ def main(arguments=None):
     print('off after 1.5 s on crowds not learnt from, m: '
           + ', '.join(f'{name} {value:.3f}' for name, value in about.items()))
     return 0
+
+
+def card(training):
+    """Return the model card (Markdown) of a motion model from what it was trained with."""
+    unseen = training['unseen']
+    return f"""# Motion model
+
+Where people go in the next 1.5 s; described in docs/models.md.
+
+- Learned from {training['crowds']} simulated crowds ({training['states']} states) of
+  {', '.join(training['scenarios'])}; {training['epochs']} epochs, seed {training['seed']},
+  commit {training['commit']}.
+- Off after 1.5 s, root mean square, crowds of other seeds: likeliest way
+  {unseen['likeliest']:.3f} m, best of its ways {unseen['best']:.3f} m, constant velocity
+  {unseen['constant_velocity']:.3f} m.
+- Real people were never in its data: ORCA crowds avoid each other, keep their speed and turn round
+  at their goals.
+"""
 
 
 def _natural(text):

@@ -17,7 +17,7 @@ Decision by looking ahead: reward along the way plus the discounted value at its
 Paper section 4; horizons longer than one step hold the heading an action turns to.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from wallnav_ros.policy import features
 from wallnav_ros.policy.actions import make_actions, STOP
 from wallnav_ros.policy.motion import constant_velocity, Forecast
 from wallnav_ros.policy.rewards import (
-    Gains, reward_terms, someone_passing, StepFacts, total)
+    Gains, reward_terms, someone_passing, StepFacts, total, warning_radius)
 from wallnav_ros.world.geometry import closest_approach, drive_unicycle
 from wallnav_ros.world.state import Agents, Robot
 
@@ -177,6 +177,8 @@ class Lookahead:
                           agents.radius[:, near], agents.present[:, near]),
             Forecast(*(part[:, near] for part in vars(forecast).values())), before, position)
         collided, facts = self._facts(robot, agents, walls, before, position, speed, gaps)
+        if rule.reward == 'R3':
+            facts = replace(facts, warning_depth=self._warning_depth(agents, position))
         rewards = total(reward_terms(rule.reward, facts))
         rewards -= self._brushes(agents.velocity[:, near], gaps)
         over = np.logical_or.accumulate(facts.reached | collided, axis=-1)
@@ -204,6 +206,16 @@ class Lookahead:
                   + (self.rule.caution + dt) * speed)
         matters = agents.present & (room.min(axis=(-1, -2)) < wanted)
         return forecast, np.flatnonzero(matters.any(axis=0))
+
+    def _warning_depth(self, agents, position):
+        """Return d - r_wz - r_a (B, A, H) in metres, the least over walking agents (eq. 5)."""
+        speed = np.linalg.norm(agents.velocity, axis=-1)
+        ahead = self.rule.time_step * np.arange(1, position.shape[2] + 1)[:, None, None]
+        there = agents.position[:, None] + ahead * agents.velocity[:, None]
+        distance = np.linalg.norm(position[..., None, :] - there[:, None], axis=-1)
+        depth = distance - (warning_radius(speed) + agents.radius)[:, None, None]
+        walks = (agents.present & (speed > 0.0))[:, None, None]
+        return np.where(walks, depth, np.inf).min(axis=-1, initial=np.inf)
 
     def _brushes(self, velocity, gaps):
         """Return the cost (B, A, H) of `gaps` too close to agents of `velocity` (B, N, 2)."""
