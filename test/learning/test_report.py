@@ -42,6 +42,7 @@ def test_curves_are_drawn_before_and_after_the_first_evaluation(tmp_path, cells)
 
 def test_the_card_says_how_the_weights_came_about_and_what_they_reach(tmp_path):
     settings = {'seed': 7, 'imitation_episodes': 10, 'scenarios': {'curve_path': 1},
+                'own_robot': 0.5,
                 'radius': (0.15, 0.35), 'preferred_speed': (0.3, 1.0), 'evaluation_episodes': 40}
     metadata = {'name': 'some', 'network': {'kind': 'three_mlp', 'sizes': {'mlp1': [8]}},
                 'reward': 'R4',
@@ -59,6 +60,7 @@ def test_the_card_says_how_the_weights_came_about_and_what_they_reach(tmp_path):
 
 def test_the_card_of_a_baseline_says_that_it_is_for_comparison(tmp_path):
     settings = {'seed': 7, 'imitation_episodes': 10, 'scenarios': {'curve_path': 1},
+                'own_robot': 1.0,
                 'radius': (0.15, 0.35), 'preferred_speed': (0.3, 1.0), 'evaluation_episodes': 40}
     metadata = {'name': 'some', 'network': {'kind': 'cadrl', 'sizes': {'value': [8, 1]}},
                 'reward': 'R4', 'discount': 0.9, 'time_step': 0.25,
@@ -70,4 +72,5 @@ def test_the_card_of_a_baseline_says_that_it_is_for_comparison(tmp_path):
 
     text = (tmp_path / 'some.md').read_text()
     assert 'CADRL: the least value of any pair' in text
+    assert '- Worlds: curve_path; the robot of each;' in text
     assert 'It sees no walls: for comparison in the simulator, never for a robot.' in text

@@ -86,10 +86,8 @@ def write_card(metadata, cells, path):
         f'- Trained for {training["episodes"]} episodes ({training["seconds"] / 60.0:.0f} min) '
         f'from seed {settings["seed"]} at commit {training["commit"]}, after '
         f'{settings["imitation_episodes"]} demonstrations by ORCA.',
-        f'- Worlds: {", ".join(settings["scenarios"])}; robots of '
-        f'{settings["radius"][0]} to {settings["radius"][1]} m radius that prefer '
-        f'{settings["preferred_speed"][0]} to {settings["preferred_speed"][1]} m/s; the crowd '
-        'does not see the robot.',
+        f'- Worlds: {", ".join(settings["scenarios"])}; {_robots(settings)}; the crowd does not '
+        'see the robot.',
         f'- Reward {metadata["reward"]}, discount {metadata["discount"]}, time step '
         f'{metadata["time_step"]} s.',
         f'- Decides by looking {metadata["decision"]["horizons"]} steps ahead, with a caution of '
@@ -104,6 +102,13 @@ def write_card(metadata, cells, path):
     lines += ['', OURS if network['kind'] == 'three_mlp' else BASELINE, '']
     with atomic_write(path) as stream:
         stream.write('\n'.join(lines))
+
+
+def _robots(settings):
+    if settings['own_robot'] == 1.0:
+        return 'the robot of each'
+    return ('robots of {} to {} m radius'.format(*settings['radius'])
+            + ' that prefer {} to {} m/s'.format(*settings['preferred_speed']))
 
 
 def _smooth(values):
