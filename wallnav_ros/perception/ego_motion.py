@@ -42,7 +42,7 @@ class EgoMotion:
         self.correction = np.zeros(3)
         self.rate = np.zeros(3)
         self.certain = False
-        self._given = {}
+        self._last = {}
         self._references = {}
 
     def predict(self, given, known, elapsed):
@@ -56,15 +56,17 @@ class EgoMotion:
             return compose(compose(self.correction, self.rate * elapsed), given)
         return compose(self.correction, given)
 
-    def locate(self, points, people, given, known, elapsed, sensor):
+    def locate(self, points, people, given, known, elapsed, interval, sensor):
         """
         Return the pose (3,) of the laser in the inner frame; other arguments as for `predict`.
 
         points: (P, 2) beam ends in the laser's frame, in beam order. people: (H, 2) where, in
-        the inner frame, people should be: what lies on them does not stand. sensor: its name.
+        the inner frame, people should be: what lies on them does not stand. sensor: its name;
+        interval: s since its own last scan.
         """
         prior = self.predict(given, known, elapsed)
-        step = compose(invert(self._given.get(sensor, given)), given)
+        earlier, corrected = self._last.get(sensor, (given, self.correction))
+        step = compose(invert(earlier), given)
         reference = self._references.setdefault(sensor, _Reference(self.settings))
         pose, self.certain = prior, True
         if not known or not len(reference) or np.hypot(step[0], step[1]) + abs(step[2]) > 1e-3:
@@ -78,7 +80,13 @@ class EgoMotion:
                 pose = compose(self.correction, given)
             if reference.is_left_behind(pose, share):
                 reference.add(points, pose)
-        self._settle(pose, given, step, known, elapsed, sensor)
+        self.correction = compose(pose, invert(given))
+        if not known:
+            step = compose(invert(corrected), self.correction)
+        # Over the way since another scanner's scan, a moment ago, noise would be speed.
+        if interval > 0.0:
+            self.rate = step / interval
+        self._last[sensor] = given, self.correction
         return pose
 
     def _standing(self, points, people, pose):
@@ -97,16 +105,6 @@ class EgoMotion:
         share = settings.odometry_error
         moved = 0.005 + share * float(np.hypot(step[0], step[1]))
         return np.array([moved, moved, 0.002 + share * abs(step[2])])
-
-    def _settle(self, pose, given, step, known, elapsed, sensor):
-        """Keep what the pose of the laser says of the robot."""
-        correction = compose(pose, invert(given))
-        if not known:
-            step = compose(invert(self.correction), correction)
-        if elapsed > 0.0:
-            self.rate = step / elapsed
-        self.correction = correction
-        self._given[sensor] = given
 
 
 class _Reference:

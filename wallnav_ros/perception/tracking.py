@@ -61,14 +61,15 @@ class Tracker:
         settings, table = self.settings, self._table
         known = odometry and pose is not None
         elapsed = self._advance(scan.stamp, known)
+        before, interval = self._take_turn(sensor, scan.stamp)
         table.predict(elapsed, settings)
         given = np.zeros(3) if pose is None else np.asarray(pose, dtype=float)
         sweep = self._sweep(scan, given, known, end_pose)
         body = self._bodies.setdefault(sensor, OwnBody(settings))
-        own = body.find(scan, self._motion.rate * elapsed)
+        own = body.find(scan, self._motion.rate * interval)
         hits, local = place_beams(scan, ~own, sweep, settings)
         people = table.position[table.human]
-        pose = self._motion.locate(local, people, given, known, elapsed, sensor)
+        pose = self._motion.locate(local, people, given, known, elapsed, interval, sensor)
         if walls is not None and known and len(hits):
             margin = settings.wall_margin + settings.wall_slack * scan.ranges[hits]
             open_space = walls.at(to_parent(given, local)) > margin
@@ -81,8 +82,9 @@ class Tracker:
         evidence = judge_points(points, scan, earlier, settings)
         seen = detect(scan, hits, points, pose, evidence, people, settings)
         match = associate(table, seen, settings)
-        self._correct(seen, match, scan, view, elapsed)
-        self._miss(match, scan, view, elapsed)
+        missed = self._find_missed(match, before, elapsed)
+        self._correct(seen, match, scan, view, interval)
+        self._miss(missed, scan, view, elapsed)
         self._give_birth(seen, match, scan.stamp)
         self._merge()
         table.lay_trail(scan.stamp, settings.trail_spacing)
@@ -101,9 +103,17 @@ class Tracker:
         self._known = known
         return max(elapsed, 0.0)
 
+    def _take_turn(self, sensor, stamp):
+        """Return the turn of this scanner's scan before, and the seconds since then."""
+        self._turn += 1
+        before, then = self._turns.get(sensor, (0, stamp))
+        self._turns[sensor] = self._turn, max(stamp, then)
+        return before, max(stamp - then, 0.0)
+
     def _forget(self):
         self._table.clear()
-        self._views, self._bodies = {}, {}
+        self._views, self._bodies, self._turns = {}, {}, {}
+        self._turn = 0
         self._motion = EgoMotion(self.settings)
         self._stamp = None
 
@@ -117,7 +127,14 @@ class Tracker:
             return np.zeros(3)
         return compose(invert(given), np.asarray(end_pose, dtype=float))
 
-    def _correct(self, seen, match, scan, view, elapsed):
+    def _find_missed(self, match, before, elapsed):
+        """Return (N,) bool: tracks not seen since this scanner's scan `before`, by anybody."""
+        table = self._table
+        missed = (match.first < 0) & (table.turn <= before)
+        table.hits -= min(elapsed / 0.5, 1.0) * missed * table.hits
+        return missed
+
+    def _correct(self, seen, match, scan, view, interval):
         """Correct the tracks that were seen, by one detection or the mean of two legs."""
         settings, table = self.settings, self._table
         rows = np.flatnonzero(match.first >= 0)
@@ -133,8 +150,11 @@ class Tracker:
         covered = seen.hidden[one] | seen.hidden[two]
         noise = np.where(alone, settings.leg_noise, seen.noise[one])
         noise = np.hypot(noise, settings.hidden_noise * (covered & ~both))
+        # A thing that several scanners see does not live faster.
+        elapsed = np.clip(scan.stamp - table.seen[rows], 0.0, interval)
         table.correct(rows, position, noise, scan.stamp)
-        share = min(elapsed / 0.5, 1.0)
+        table.turn[rows] = self._turn
+        share = np.minimum(elapsed / 0.5, 1.0)
         table.pair[rows] += share * (both - table.pair[rows])
         # What is half hidden shows a part of its width only.
         growth = radius - table.radius[rows]
@@ -145,7 +165,7 @@ class Tracker:
                   for kind in (seen.still, seen.fresh)]
         apart = seen.apart[one] & seen.apart[two]
         table.apart[rows] += share * (apart - table.apart[rows])
-        table.hits += share * ((match.first >= 0) - table.hits)
+        table.hits[rows] += share * (1.0 - table.hits[rows])
         # From a moving laser, the side that is seen changes: that alone is no motion.
         apart &= np.hypot(*self._motion.rate[:2]) + abs(self._motion.rate[2]) < 0.05
         vacated = look_up([view], scan, table.trail[rows, 3], 0.15, 0.2, 0.0)[0][0]
@@ -153,10 +173,9 @@ class Tracker:
         weigh_motion(table, rows, *shares, apart, vacated, gait, elapsed, settings)
         settle_labels(table, self._crowded(), settings)
 
-    def _miss(self, match, scan, view, elapsed):
-        """Doubt the tracks whose place is seen empty, and bury those unseen for too long."""
+    def _miss(self, missed, scan, view, elapsed):
+        """Doubt `missed` (N,) tracks in places seen empty, and bury those unseen for too long."""
         settings, table = self.settings, self._table
-        missed = match.first < 0
         if missed.any():
             # Where something else is seen, it may have been taken for the track's.
             empty, taken = (answer[0] for answer in look_up(
@@ -164,7 +183,7 @@ class Tracker:
             loss = elapsed * np.where(empty | (table.score < 1.0), 1.0, 0.5 * taken) * missed
             table.score -= loss / settings.miss_time
         hidden = scan.stamp - table.seen
-        table.keep((table.score > 0.0) & (hidden <= settings.occlusion_time))
+        table.keep(((table.score > 0.0) | ~missed) & (hidden <= settings.occlusion_time))
 
     def _give_birth(self, seen, match, stamp):
         """Start tracks on what no track explains, two legs together where they may be."""
@@ -176,6 +195,7 @@ class Tracker:
             free = free[~crowded]
         position, radius, pair = seen.position[free], seen.radius[free], np.zeros(len(free))
         table.add(position, radius, pair, stamp, settings)
+        table.turn[len(table) - len(free):] = self._turn
 
     def _merge(self):
         """Drop tracks that are another's second leg, or the edge of another's disc."""
