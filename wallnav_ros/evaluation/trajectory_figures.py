@@ -29,6 +29,7 @@ from wallnav_ros.world.files import atomic_write
 
 TICK = 2.0             # s between two discs that show where everybody was
 MARGIN = 0.5           # m around everything that is shown
+LABEL_ROOM = 0.6       # m between the places of two labels
 LEGEND = f'discs every {TICK:g} s, light to dark; grey: standing people'
 ROBOT, GOAL, STANDING = '#1650b0', '#1a8f3c', '#8a8a8a'
 # Matplotlib's tableau colours but blue and grey, which mean the robot and standing people.
@@ -143,6 +144,7 @@ def _draw_robot(axes, trajectories, times, moments):
         axes.add_patch(Circle(robot[row, :2], trajectories['radius'], facecolor=ROBOT,
                               edgecolor='white', lw=0.6, zorder=6,
                               alpha=_shade(times[row], times[-1])))
+    for row in _labelled(robot[:, :2], moments):
         axes.annotate(f'{times[row]:.0f}' if row != moments[-1] else f'{times[row]:.1f} s',
                       robot[row, :2], xytext=(7, 5), textcoords='offset points', fontsize=8,
                       color=ROBOT, zorder=8)
@@ -151,6 +153,15 @@ def _draw_robot(axes, trajectories, times, moments):
                   arrowprops={'arrowstyle': '->', 'color': ROBOT, 'lw': 1.5}, zorder=7)
     axes.plot(*trajectories['goal'], marker='*', markersize=18, color=GOAL,
               markeredgecolor='black', markeredgewidth=0.5, linestyle='none', zorder=4)
+
+
+def _labelled(way, moments):
+    """Return those of `moments` whose labels leave each other room, the last before all."""
+    kept = [moments[-1]]
+    for row in moments[:-1]:
+        if np.linalg.norm(way[kept] - way[row], axis=1).min() > LABEL_ROOM:
+            kept.append(row)
+    return kept
 
 
 def _frame(axes, walls, trajectories):
