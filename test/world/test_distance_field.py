@@ -86,3 +86,10 @@ def test_rays_of_several_origins_broadcast():
 
     assert reach.shape == (2, 3)
     np.testing.assert_allclose(reach, 0.8)
+
+
+def test_discs_stand_in_a_field_besides_its_walls():
+    field = DistanceField.empty(clearance=5.0).with_discs(np.array([[0.0, 0.0]]), np.array([0.3]))
+
+    assert field.at(np.array([1.0, 0.0])) == pytest.approx(0.7, abs=0.01)
+    assert field.at(np.array([0.0, 0.0])) == 0.0

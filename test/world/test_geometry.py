@@ -19,8 +19,8 @@ import numpy as np
 import pytest
 
 from wallnav_ros.world.geometry import (
-    closest_approach, compose, distances, drive_unicycle, invert, nearest_on_segments, rotate,
-    to_child, to_parent, wrap_angle, yaw_of)
+    closest_approach, compose, distances, drive_unicycle, invert, lengths, nearest_on_segments,
+    rotate, to_child, to_parent, wrap_angle, yaw_of)
 
 METRES = st.floats(-100.0, 100.0)
 ANGLES = st.floats(-20.0, 20.0)
@@ -164,3 +164,7 @@ def test_closest_approach_within_a_step(offset, motion, distance):
 @given(offset=POINTS, motion=POINTS, time=st.floats(0.0, 1.0))
 def test_no_moment_of_the_step_is_nearer_than_the_closest_approach(offset, motion, time):
     assert closest_approach(offset, motion) <= np.hypot(*(offset + time * motion)) + 1e-9
+
+
+def test_lengths_are_those_of_vectors():
+    assert lengths(np.array([[3.0, 4.0], [0.0, 0.0]])).tolist() == [5.0, 0.0]

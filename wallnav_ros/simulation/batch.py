@@ -26,7 +26,8 @@ from wallnav_ros.policy.lookahead import GOAL_TOLERANCE
 from wallnav_ros.policy.motion import PAST
 from wallnav_ros.policy.rewards import someone_passing, StepFacts, warning_radius
 from wallnav_ros.simulation.crowd import Crowd
-from wallnav_ros.world.geometry import closest_approach, drive_unicycle
+from wallnav_ros.simulation.detours import around, Detours
+from wallnav_ros.world.geometry import closest_approach, drive_unicycle, lengths
 from wallnav_ros.world.state import Agents, Robot
 
 RUNNING, GOAL, COLLISION, WALL_COLLISION, TIMEOUT = range(5)
@@ -61,6 +62,7 @@ class EpisodeBatch:
         self._trail = deque([self._agents], maxlen=TRAIL)
         self._routes = [episode.scenario.route(float(episode.robot.radius))
                         for episode in episodes]
+        self._detours = Detours()
         self._time_limit = np.array([episode.scenario.time_limit for episode in episodes])
         self.outcome = np.full(count, RUNNING)
         self.time = np.zeros(count)
@@ -73,6 +75,7 @@ class EpisodeBatch:
         self.episodes[row] = episode
         self._crowds[row] = Crowd(episode, self.time_step)
         self._routes[row] = episode.scenario.route(float(episode.robot.radius))
+        self._detours.restart(row)
         parts = {name: part.copy() for name, part in vars(self._robot).items()}
         for name, part in parts.items():
             part[row] = getattr(episode.robot, name)
@@ -137,9 +140,20 @@ class EpisodeBatch:
         self._robot = replace(before, pose=pose, velocity=commands)
         self._agents = self._walk(running, before)
         self._trail.append(self._agents)
+        self._go_round()
         facts = self._facts(before, agents_before, passing & (commands[:, 0] < STOPPED))
         self._settle(running, facts)
         return StepFacts(**{**vars(facts), 'ended': self.outcome != RUNNING})
+
+    def _go_round(self):
+        """Plan another way for robots that people who stand keep from getting anywhere."""
+        running = np.flatnonzero(self.outcome == RUNNING)
+        for row in self._detours.seek(self._robot.position, running):
+            own = np.array([row])
+            route = around(self.episodes[row].scenario.field,
+                           Robot(*(part[0] for part in vars(self.robot(own)).values())),
+                           Agents(*(part[0] for part in vars(self.agents(own)).values())))
+            self._routes[row] = route or self._routes[row]
 
     def _walk(self, running, robot):
         """Return the agents after a step in which a visible `robot` is where they see it now."""
@@ -162,17 +176,17 @@ class EpisodeBatch:
         reach = agents.radius + robot.radius[:, None]
         gap = np.where(agents.present, closest_approach(offset, relative) - reach, np.inf)
         agent_gap = gap.min(axis=1, initial=np.inf)
-        speed = _norm(agents.velocity)
-        depth = _norm(offset + relative) - warning_radius(speed) - agents.radius
+        speed = lengths(agents.velocity)
+        depth = lengths(offset + relative) - warning_radius(speed) - agents.radius
         depth = np.where(agents.present & (speed > 0.0), depth, np.inf)
         nearest, farthest = self._wall_distances(before.position, robot.position)
-        distance = _norm(robot.goal - robot.position)
-        came_from = _norm(robot.goal - before.position)
+        distance = lengths(robot.goal - robot.position)
+        came_from = lengths(robot.goal - before.position)
         wall_gap = nearest - robot.radius
         return StepFacts(
             reached=(distance < GOAL_TOLERANCE) & (agent_gap > 0.0) & (wall_gap > 0.0),
             agent_gap=agent_gap, progress=came_from - distance,
-            moved=_norm(motion), yielding=yielding, wall_gap=wall_gap,
+            moved=lengths(motion), yielding=yielding, wall_gap=wall_gap,
             farthest_wall=farthest, warning_depth=depth.min(axis=1, initial=np.inf))
 
     def _wall_distances(self, before, after):
@@ -210,8 +224,3 @@ def _place(agents, row, episode):
     agents.position[row, :size] = episode.start
     agents.radius[row, :size] = episode.radius
     agents.present[row, :size] = True
-
-
-def _norm(vectors):
-    """Return the lengths (...) of `vectors` (..., 2); np.linalg.norm in a third of its time."""
-    return np.sqrt(np.einsum('...i,...i->...', vectors, vectors))

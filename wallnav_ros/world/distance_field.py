@@ -45,6 +45,16 @@ class DistanceField:
         """Return the field of a world with no walls: `clearance` metres everywhere."""
         return cls(np.full((2, 2), clearance, dtype=np.float32), np.zeros(3), 1.0)
 
+    def with_discs(self, position, radius):
+        """Return the field with discs at `position` (K, 2) of `radius` (K,) metres in it."""
+        row, column = np.indices(self.distance.shape)
+        centre = to_child(self.pose, position) / self.resolution
+        distance = self.distance
+        for (x, y), size in zip(centre, radius):
+            away = np.hypot(column - x, row - y) * self.resolution - size
+            distance = np.minimum(distance, np.maximum(away, 0.0))
+        return DistanceField(distance.astype(np.float32), self.pose, self.resolution)
+
     def at(self, points):
         """Return the distance (...) in metres at `points` (..., 2) of the walls' frame."""
         cells = to_child(self.pose, points) / self.resolution
