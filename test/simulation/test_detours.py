@@ -22,7 +22,8 @@ from wallnav_ros.world.state import Agents, Robot
 from wallnav_ros.world.walls import Walls
 
 # A corridor 4 m wide along x; the robot at its beginning, bound for its end.
-CORRIDOR = distance_field(Walls.from_polylines([[(-1, -2), (9, -2), (9, 2), (-1, 2)]], closed=True))
+CORRIDOR = distance_field(Walls.from_polylines(
+    [[(-1, -2), (9, -2), (9, 2), (-1, 2)]], closed=True))
 ROBOT = Robot(np.zeros(3), np.zeros(2), np.array([8.0, 0.0]), np.float64(0.2), np.float64(0.8))
 
 
