@@ -1,0 +1,46 @@
+# Copyright 2026 The wallnav_ros authors
+#
+# Licensed under the Apache License, Version 2.0 (the "License");
+# you may not use this file except in compliance with the License.
+# You may obtain a copy of the License at
+#
+#     http://www.apache.org/licenses/LICENSE-2.0
+#
+# Unless required by applicable law or agreed to in writing, software
+# distributed under the License is distributed on an "AS IS" BASIS,
+# WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
+# See the License for the specific language governing permissions and
+# limitations under the License.
+"""Tracks and detections for tests of perception: columns that are zero unless given."""
+
+from dataclasses import fields
+
+import numpy as np
+
+from wallnav_ros.perception.detection import Detections
+from wallnav_ros.perception.track_table import TrackTable
+
+
+def make_table(position, **columns):
+    """Return a TrackTable of tracks at `position` (N, 2); `columns` (N, ...) or one for all."""
+    table = TrackTable()
+    position = np.asarray(position, dtype=float).reshape(-1, 2)
+    columns = {'position': position, 'id': 1 + np.arange(len(position)),
+               'trail': position[:, None], 'born_at': position, **columns}
+    for name, (shape, kind) in TrackTable.COLUMNS.items():
+        values = np.asarray(columns.pop(name, 0), dtype=kind)
+        setattr(table, name, np.broadcast_to(values, (len(position), *shape)).copy())
+    assert not columns, f'no such columns: {columns}'
+    return table
+
+
+def make_detections(position, **columns):
+    """Return Detections at `position` (D, 2); `columns` (D, ...) or one for all."""
+    position = np.asarray(position, dtype=float).reshape(-1, 2)
+    columns = {'noise': 0.03, 'radius': 0.2, 'count': 10, **columns}
+    logical = ('apart', 'leg', 'hidden')
+    return Detections(position=position, **{
+        field.name: np.broadcast_to(np.asarray(
+            columns.get(field.name, 0), dtype=bool if field.name in logical else None),
+            len(position)).copy()
+        for field in fields(Detections) if field.name != 'position'})
