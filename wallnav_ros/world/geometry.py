@@ -130,7 +130,10 @@ def closest_approach(offset, motion):
     `offset` and `motion` (..., 2) are the position of one disc relative to another and the
     change of that position over a step, both in metres.
     """
-    squared = np.einsum('...i,...i->...', motion, motion)
-    fraction = -np.einsum('...i,...i->...', offset, motion) / np.where(squared > 0.0, squared, 1.0)
-    nearest = offset + np.clip(fraction, 0.0, 1.0)[..., None] * motion
-    return np.sqrt(np.einsum('...i,...i->...', nearest, nearest))
+    # Part by part, which takes a tenth off a decision: this is where most of its numbers go.
+    x, y = offset[..., 0], offset[..., 1]
+    dx, dy = motion[..., 0], motion[..., 1]
+    squared = dx * dx + dy * dy
+    fraction = np.clip(-(x * dx + y * dy) / np.where(squared > 0.0, squared, 1.0), 0.0, 1.0)
+    x, y = x + fraction * dx, y + fraction * dy
+    return np.sqrt(x * x + y * y)
