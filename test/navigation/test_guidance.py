@@ -75,6 +75,13 @@ def test_a_robot_nearer_to_a_wall_than_its_route_would_lead_it_is_not_lost(place
     assert target[0] < 6.0 and beyond > 1.0
 
 
+def test_a_sub_goal_is_never_where_the_robot_is(place, rng):
+    guide = guide_to(place, (8.0, 2.0))
+    for position in rng.uniform((0.3, 0.3), (4.7, 9.7), (100, 2)):
+        target, beyond = guide.sub_goal(place, RADIUS, position)
+        assert not beyond or np.hypot(*(target - position)) > 0.1
+
+
 @pytest.mark.parametrize('goal, told', [
     ((0.1, 5.0), 'too close to a wall'), ((5.0, 5.0), 'too close to a wall'),
     ((12.0, 5.0), 'no way'), ((500.0, 5.0), 'outside the walls')])

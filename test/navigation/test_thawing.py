@@ -11,28 +11,27 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""A policy that has frozen is helped out, one that waits for somebody is not."""
+"""A policy that gets nowhere is helped out, one that waits for somebody is not."""
 
 import numpy as np
 import pytest
 
 from wallnav_ros.navigation.base import BaseLimits
-from wallnav_ros.navigation.thawing import AFTER, NEAR, Thaw
+from wallnav_ros.navigation.thawing import AFTER, DETOUR, HELPED, Thaw
 from wallnav_ros.world.distance_field import DistanceField
 from wallnav_ros.world.state import Agents, Observation, Robot
 
-STANDING, DRIVING = np.zeros(2), np.array([0.5, 0.0])
 
-
-def seen(goal=(5.0, 0.0), agents=None):
-    robot = Robot(np.zeros(3), np.zeros(2), np.array(goal), np.float64(0.2), np.float64(0.8))
+def seen(goal=(5.0, 0.0), agents=None, x=0.0, beyond=0.0):
+    robot = Robot(np.array([x, 0.0, 0.0]), np.zeros(2), np.array(goal), np.float64(0.2),
+                  np.float64(0.8), np.float64(beyond))
     return Observation(robot, agents or Agents.none(), DistanceField.empty())
 
 
-def offer_after(seconds, observation=None, wanted=STANDING, limits=BaseLimits()):
+def offer_after(seconds, observation=None, limits=BaseLimits()):
     thaw, observation = Thaw(), observation or seen()
-    thaw.offer(observation, wanted, limits, 100.0)
-    return thaw.offer(observation, wanted, limits, 100.0 + seconds)
+    thaw.offer(observation, limits, 100.0)
+    return thaw.offer(observation, limits, 100.0 + seconds)
 
 
 def test_a_policy_is_given_time():
@@ -40,21 +39,40 @@ def test_a_policy_is_given_time():
     assert offer_after(1.1 * AFTER) is not None
 
 
-def test_a_policy_that_drives_is_left_alone():
-    assert offer_after(10.0, wanted=DRIVING) is None
-
-
-def test_time_starts_anew_when_the_policy_has_driven_in_between():
+def test_a_policy_that_gets_on_is_left_alone_however_slowly():
     thaw = Thaw()
-    for now, wanted in ((100.0, STANDING), (101.0, DRIVING), (101.5, STANDING)):
-        thaw.offer(seen(), wanted, BaseLimits(), now)
-    assert thaw.offer(seen(), STANDING, BaseLimits(), 101.0 + AFTER) is None
+    for second in range(20):
+        assert thaw.offer(seen(x=0.2 * second), BaseLimits(), 100.0 + second) is None
 
 
-@pytest.mark.parametrize('distance, speed, waits', [
-    (NEAR, 1.0, True), (NEAR + 1.0, 1.0, False), (NEAR, 0.0, False)])
-def test_waiting_for_somebody_who_walks_nearby_is_not_freezing(distance, speed, waits):
-    walker = Agents.of([[0.0, distance]], [[speed, 0.0]], [0.3])
+def test_driving_to_and_fro_is_not_getting_on():
+    thaw = Thaw()
+    offers = [thaw.offer(seen(x=0.8 * (second % 2)), BaseLimits(), 100.0 + second)
+              for second in range(10)]
+    assert offers[0] is None and offers[-1] is not None
+
+
+def test_help_lasts_for_a_while_and_ends():
+    thaw = Thaw()
+    thaw.offer(seen(), BaseLimits(), 100.0)
+    assert thaw.offer(seen(), BaseLimits(), 101.0 + AFTER) is not None
+    assert thaw.offer(seen(x=0.9 * HELPED), BaseLimits(), 102.0 + AFTER) is not None
+    assert thaw.offer(seen(x=1.1 * HELPED), BaseLimits(), 103.0 + AFTER) is None
+
+
+def test_another_goal_is_another_beginning():
+    thaw = Thaw()
+    thaw.offer(seen(), BaseLimits(), 100.0)
+    assert thaw.offer(seen(), BaseLimits(), 101.0 + AFTER) is not None
+    assert thaw.offer(seen(beyond=1.5 * DETOUR), BaseLimits(), 102.0 + AFTER) is None
+
+
+@pytest.mark.parametrize('place, velocity, waits', [
+    ((0.8, 2.0), (0.0, -1.0), True), ((0.8, 2.0), (0.0, 1.0), False),
+    ((0.8, 4.0), (0.0, -1.0), False), ((0.8, 0.7), (0.0, 0.0), False),
+    ((-2.0, 0.0), (1.0, 0.0), True)])
+def test_waiting_for_somebody_who_will_cross_the_way_is_not_freezing(place, velocity, waits):
+    walker = Agents.of([place], [velocity], [0.3])
     assert (offer_after(10.0, seen(agents=walker)) is None) == waits
 
 
@@ -70,6 +88,6 @@ def test_a_sub_goal_to_the_side_is_turned_to_on_the_spot():
 
 
 def test_a_base_that_cannot_turn_slowly_drives_straight_or_turns_as_slowly_as_it_can():
-    offered = offer_after(10.0, seen((5.0, 0.5)), limits=BaseLimits(min_turn_rate=0.6))
+    offered = offer_after(10.0, seen((5.0, 0.5)), BaseLimits(min_turn_rate=0.6))
     assert (offered[:3, 1] == 0.0).all()
     np.testing.assert_allclose(offered[3], [0.0, 0.6])

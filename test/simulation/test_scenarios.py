@@ -23,6 +23,7 @@ import numpy as np
 import pytest
 from refusals import refusal_of
 from wallnav_ros.mapping.map_writer import write_map
+from wallnav_ros.simulation.episodes import draw_episode
 from wallnav_ros.simulation.scenarios import load_scenario, ScenarioError
 import yaml
 
@@ -260,7 +261,7 @@ def test_a_document_that_is_no_mapping_is_refused(write, text):
     ('walls', [SQUARE, [[1e7, 0], [1e7, 1]]], 'walls: walls span'),
     ('robot', None, 'robot.start: expected 3 finite numbers, got None'),
     ('robot', 'fast', 'robot: expected a mapping'),
-    ('robot.colour', 'red', 'robot.colour: unknown; known are goal, preferred_speed'),
+    ('robot.colour', 'red', 'robot.colour: unknown; known are berth, goal'),
     ('robot.start', [0, 0], 'robot.start: expected 3 finite numbers, got [0, 0]'),
     ('robot.start', [0, 0, float('inf')], 'robot.start: expected 3 finite numbers'),
     ('robot.start', ['here', 0, 0], 'robot.start: expected 3 finite numbers'),
@@ -328,3 +329,20 @@ def test_a_world_may_be_had_with_a_robot_that_people_see(name):
     assert not world.seen(True).seen(False).at(3).visible
     assert (world.seen(True).at(3).walls.segments == world.at(3).walls.segments).all()
     assert world.at(3) is world.at(3)
+
+
+def test_chairs_and_furniture_stand_in_the_world_but_not_on_the_map(write):
+    scenario = load_scenario(write(changed('chairs', [[0.5, 0.5, 0.0]])))
+    assert scenario.mapped == len(PLAIN['walls'])
+    assert len(scenario.polygons) == scenario.mapped + 4
+    # The outer edge of a leg, 0.2 m from the middle of the seat and 1.5 cm further.
+    legs = np.concatenate(scenario.polygons[scenario.mapped:])
+    np.testing.assert_allclose(np.abs(legs - 0.5).max(axis=0), 0.215)
+
+
+@pytest.mark.parametrize('name, people', [('lab_1', 0), ('lab_2', 5), ('lab_3', 7)])
+def test_the_laboratory_scenarios_can_be_drawn(name, people):
+    episode = draw_episode(load_scenario(name), 'lab', 3)
+    assert len(episode.radius) == people and episode.robot.radius == 0.24
+    assert len(episode.scenario.polygons) >= episode.scenario.mapped + 24
+    assert np.isfinite(episode.scenario.route(0.25).to_go(episode.robot.position))

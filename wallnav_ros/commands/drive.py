@@ -115,7 +115,7 @@ def _map_of(scenario, out):
         return find_asset('maps', scenario.name, '.yaml')
     except FileNotFoundError:
         path = out / f'{scenario.name}_map.yaml'
-        write_map(path, scenario.polygons)
+        write_map(path, scenario.polygons[:scenario.mapped])
         return path
 
 

@@ -35,7 +35,8 @@ def parse(arguments):
     parser = argparse.ArgumentParser('make_maps', description=__doc__.strip().splitlines()[0])
     parser.add_argument('--scenario', nargs='+', metavar='NAME_OR_FILE',
                         default=['curve_path', 'cross_path'],
-                        help='scenarios with walls as polygons (default: both paths of the paper)')
+                        help='scenarios with walls as polygons, painted without their furniture '
+                             '(default: both paths of the paper)')
     parser.add_argument('--resolution', type=_positive, default=0.05, metavar='M',
                         help='metres a cell (default: %(default)s)')
     parser.add_argument('--out', type=Path, default=Path('maps'), metavar='DIR',
@@ -51,7 +52,7 @@ def main(arguments=None):
         scenarios = [_drawable(load_scenario(name)) for name in options.scenario]
         for scenario in scenarios:
             path = options.out / f'{scenario.path.stem}.yaml'
-            write_map(path, scenario.polygons, resolution=options.resolution)
+            write_map(path, scenario.polygons[:scenario.mapped], resolution=options.resolution)
             print(path)
     except (OSError, ScenarioError, NoPolygonsError) as error:
         print(f'make_maps: {error}', file=sys.stderr)

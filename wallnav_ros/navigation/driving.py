@@ -63,6 +63,7 @@ class Driver:
     def forget(self):
         """Forget the commands given, as after a jump of the clock."""
         self._ramp.forget()
+        self._thaw = Thaw()
 
     def decide(self, observation, stamp, frame, now):
         """Return the Plan of the best action that the base can still stop after."""
@@ -79,7 +80,7 @@ class Driver:
             command = back
         else:
             stop = _why_blocked(observation)
-        helped = self._help(observation, command, now)
+        helped = self._help(observation, now)
         if helped is not None:
             command, stop, action = helped, None, None
         path = decision.path
@@ -87,9 +88,9 @@ class Driver:
             path = np.stack((robot.pose, drive_unicycle(robot.pose, *command, step)))
         return Plan(stamp, command, stop, action == STOP, path, robot.goal, frame)
 
-    def _help(self, observation, command, now):
-        """Return a command (2,) for a policy that has frozen, or None."""
-        offered = self._thaw.offer(observation, command, self._base, now)
+    def _help(self, observation, now):
+        """Return a command (2,) for a policy that gets nowhere, or None."""
+        offered = self._thaw.offer(observation, self._base, now)
         if offered is None:
             return None
         safe = self._stoppable(observation, offered, self.time_step, now)

@@ -29,6 +29,7 @@ from wallnav_ros.navigation.watchdogs import Stop
 from wallnav_ros.world.geometry import to_child, to_parent
 
 FARTHEST = 1e6         # m; what lies farther off is no place of a robot
+AT_HAND = 0.2          # m, within which a sub-goal gives no direction: the one after it does
 PATIENCE = 8.0         # s without getting nearer, after which another way is sought
 PROGRESS = 0.5         # m that count as getting nearer
 GOAL_DRIFT = 0.2       # m that a goal may move in the map before its route is planned anew
@@ -164,6 +165,8 @@ class Guide:
         if isinstance(way, GivenPath):
             return way.guide(position)
         target, beyond = way.guide(_snap(way, position)[None])
+        if beyond[0] and np.hypot(*(target[0] - position)) < AT_HAND:
+            target, beyond = way.guide(target)
         return target[0], float(beyond[0])
 
     def is_stuck(self, place, radius, position, now):

@@ -12,18 +12,22 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Along the way by hand where the policy stands though nobody is near.
+Along the way by hand where the policy gets nowhere though nobody is in its way.
 
 The freezing robot problem (Trautman and Krause 2010); steering by pursuit of the sub-goal.
 """
 
 import numpy as np
 
-from wallnav_ros.world.geometry import wrap_angle
+from wallnav_ros.world.geometry import closest_approach, wrap_angle
 
-SLOW = 0.3             # of the preferred speed; whoever drives slower is as good as standing
-AFTER = 2.0            # s of it before the policy is helped out
-NEAR = 2.0             # m to somebody who walks, for whom the policy may well be waiting
+PROGRESS = 0.3         # m of way that count as getting on
+AFTER = 4.0            # s without, before the policy is helped out
+HELPED = 1.5           # m of way, after which it is on its own again
+DETOUR = 3.0           # m more to go than ever: another goal, or another way to it
+FORESIGHT = 2.0        # s, within which somebody may cross the robot's way
+STRIDE = 0.8           # m of that way
+ROOM = 0.4             # m that whoever crosses leaves, or the policy may well be waiting for them
 WALKING = 0.2          # m/s
 CREEPING = 0.5         # of the preferred speed
 STEER = 2.0            # rad/s a radian off
@@ -31,33 +35,41 @@ STRAIGHT = 0.2         # rad off, up to which the robot drives while it turns
 
 
 class Thaw:
-    """Notices a policy that has frozen, and steers for the sub-goal until it has not."""
+    """Notices a policy that gets nowhere, and steers for the sub-goal for a while."""
 
     def __init__(self):
-        self._since = None
+        self._nearest, self._since, self._until = np.inf, None, None
 
-    def offer(self, observation, wanted, limits, now):
+    def offer(self, observation, limits, now):
         """
-        Return commands (K, 2) to use in place of `wanted` (2,), the best first, or None.
+        Return commands (K, 2) to use in place of the policy's at `now` (s), best first, or None.
 
-        wanted: what the policy chose at `now` (s). limits: BaseLimits. The commands are still to
-        be checked for whether the robot can stop after them.
+        limits: BaseLimits. The commands are still to be checked for whether the robot can stop
+        after them.
         """
         robot = observation.robot
-        frozen = wanted[0] < SLOW * robot.preferred_speed
-        if not frozen or _somebody_near(observation):
-            self._since = None
-        elif self._since is None:
-            self._since = now
-        if self._since is None or now - self._since < AFTER:
+        left = float(robot.beyond + np.hypot(*(robot.goal - robot.position)))
+        anew = self._since is None or left > self._nearest + DETOUR
+        if anew or left < self._nearest - PROGRESS:
+            self._nearest, self._since = left, now
+        if anew or (self._until is not None and left <= self._until):
+            self._until = None
+        if self._until is None and now - self._since > AFTER:
+            self._until = left - HELPED
+        if self._until is None or _somebody_crosses(observation):
             return None
         return _steer(robot, limits)
 
 
-def _somebody_near(observation):
+def _somebody_crosses(observation):
+    """Return whether somebody who walks will be where the robot is, or a stride further on."""
     agents, robot = observation.agents, observation.robot
-    gap = np.hypot(*(agents.position - robot.position).T) - agents.radius - robot.radius
-    return bool(((np.hypot(*agents.velocity.T) > WALKING) & (gap < NEAR)).any())
+    toward = robot.goal - robot.position
+    ahead = toward * min(1.0, STRIDE / max(float(np.hypot(*toward)), 1e-9))
+    places = np.stack((robot.position, robot.position + ahead))[:, None]
+    gap = closest_approach(agents.position - places, FORESIGHT * agents.velocity)
+    gap -= agents.radius + robot.radius
+    return bool(((np.hypot(*agents.velocity.T) > WALKING) & (gap < ROOM)).any())
 
 
 def _steer(robot, limits):

@@ -63,8 +63,8 @@ class Crowd:
         for start, radius, speed in zip(episode.start, episode.radius, episode.speed):
             add_disc(self._simulator, start, radius, speed)
         if episode.scenario.visible:
-            add_disc(self._simulator, episode.robot.position, episode.robot.radius,
-                     ROBOT_MAX_SPEED)
+            add_disc(self._simulator, episode.robot.position,
+                     episode.robot.radius + episode.scenario.berth, ROBOT_MAX_SPEED)
         add_walls(self._simulator, episode.scenario.walls)
         self.position = episode.start.copy()
         self.velocity = np.zeros_like(self.position)

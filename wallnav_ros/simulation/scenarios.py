@@ -28,6 +28,7 @@ from wallnav_ros.mapping.occupancy_map import load_map, MapError
 from wallnav_ros.mapping.route import plan_route, RouteError
 from wallnav_ros.mapping.wall_extraction import extract_walls
 from wallnav_ros.simulation.family import Family, KINDS
+from wallnav_ros.simulation.furniture import chair_legs
 from wallnav_ros.simulation.free_space import CELL, free_points, within_polygon
 from wallnav_ros.world.distance_field import DistanceField
 from wallnav_ros.world.files import find_asset
@@ -39,7 +40,7 @@ ROUTE_RADII = 0.05  # m, between the robot radii that routes are planned for
 PATTERNS = ('walk_to_goal', 'walk_back_and_forth', 'either')
 GOALS = ('visible', 'anywhere')
 FARTHEST = 200.0   # m that a start or goal may lie from the walls, or a goal from the start
-ROBOT_DEFAULTS = {'radius': 0.2, 'preferred_speed': 0.8, 'visible': False}
+ROBOT_DEFAULTS = {'radius': 0.2, 'preferred_speed': 0.8, 'visible': False, 'berth': 0.0}
 AGENT_DEFAULTS = {'radius': [0.1, 0.5], 'speed': [0.3, 1.5], 'pattern': 'walk_back_and_forth',
                   'spawn': 'free', 'goal': 'visible'}
 
@@ -54,10 +55,12 @@ class Scenario:
     A validated scenario file.
 
     name: short name; path: the file it came from.
-    polygons: tuple of (K, 2) closed walls in metres, empty when the walls come from a map.
+    polygons: tuple of (K, 2) closed walls in metres, empty when the walls come from a map; the
+    first `mapped` of them are on the robot's map, the rest is furniture.
     map_path: path of the map's YAML, or None.
     walls, field: the walls as segments and as distances, in the `map` frame.
-    start: (3,) robot pose; goal: (2,); radius, preferred_speed: robot; visible: to the crowd.
+    start: (3,) robot pose; goal: (2,); radius, preferred_speed: robot; visible: to the crowd,
+    which then leaves `berth` m around it.
     time_limit: seconds.
     cases: {case: {'static': n, 'dynamic': n}}.
     agents: the `agents` section with defaults filled in.
@@ -67,6 +70,7 @@ class Scenario:
     name: str
     path: Path
     polygons: tuple
+    mapped: int
     map_path: Path
     walls: Walls
     field: DistanceField
@@ -75,6 +79,7 @@ class Scenario:
     radius: float
     preferred_speed: float
     visible: bool
+    berth: float
     time_limit: float
     cases: dict
     agents: dict
@@ -171,12 +176,12 @@ class _Reader:
 
     def scenario(self):
         """Return the validated Scenario."""
-        self._known(self.document, '', {'name', 'map', 'walls', 'robot', 'time_limit', 'cases',
-                                        'agents'})
+        self._known(self.document, '', {'name', 'map', 'walls', 'furniture', 'chairs', 'robot',
+                                        'time_limit', 'cases', 'agents'})
         name = self.document.get('name', self.path.stem)
         if not (isinstance(name, str) and name.strip()):
             self._fail('name', 'expected a short name')
-        polygons, map_path, walls = self._walls()
+        polygons, mapped, map_path, walls = self._walls()
         robot = {**ROBOT_DEFAULTS, **self._section('robot')}
         self._known(robot, 'robot.', {'start', 'goal', *ROBOT_DEFAULTS})
         if not isinstance(robot['visible'], bool):
@@ -187,10 +192,10 @@ class _Reader:
         field, free = self._space(walls, start[:2], goal, radius)
         agents = self._agents()
         return Scenario(
-            name=name, path=self.path, polygons=polygons, map_path=map_path, walls=walls,
-            field=field, start=start, goal=goal, radius=radius,
+            name=name, path=self.path, polygons=polygons, mapped=mapped, map_path=map_path,
+            walls=walls, field=field, start=start, goal=goal, radius=radius,
             preferred_speed=self._positive('robot.preferred_speed', robot['preferred_speed']),
-            visible=robot['visible'],
+            visible=robot['visible'], berth=self._berth(robot['berth']),
             time_limit=self._positive('time_limit', self.document.get('time_limit', 45.0)),
             cases=self._cases(), agents=agents, free=free, spawn=self._spawn(agents, free))
 
@@ -217,21 +222,36 @@ class _Reader:
         if ('map' in self.document) == ('walls' in self.document):
             self._fail('walls', 'give exactly one of walls (polygons in metres) and map')
         if 'map' in self.document:
+            for key in {'furniture', 'chairs'} & set(self.document):
+                self._fail(key, 'needs walls as polygons; draw it into the map instead')
             name = self.document['map']
             if not isinstance(name, str):
                 self._fail('map', 'expected the path of a map YAML file')
             beside = self.path.parent / name
             try:
                 map_path = beside if beside.is_file() else find_asset('maps', name, '.yaml')
-                return (), map_path, extract_walls(load_map(map_path)).walls
+                return (), 0, map_path, extract_walls(load_map(map_path)).walls
             except (FileNotFoundError, MapError) as error:
                 self._fail('map', error)
+        polygons = self._polygons('walls')
+        mapped = len(polygons)
+        polygons += self._polygons('furniture')
+        chairs = self.document.get('chairs', [])
+        if not isinstance(chairs, list):
+            self._fail('chairs', 'expected a list of [x, y, yaw]')
+        for number, chair in enumerate(chairs):
+            polygons += chair_legs(self._numbers(f'chairs[{number}]', chair, 3))
+        return polygons, mapped, None, Walls.from_polylines(polygons, closed=True)
+
+    def _polygons(self, key):
+        """Return the polygons, tuple of (K, 2), that `key` lists."""
         try:
             polygons = tuple(np.asarray(polygon, dtype=float)
-                             for polygon in self.document['walls'])
-            return polygons, None, Walls.from_polylines(polygons, closed=True)
+                             for polygon in self.document.get(key, ()))
+            Walls.from_polylines(polygons, closed=True)
+            return polygons
         except (TypeError, ValueError) as error:
-            self._fail('walls', f'expected a list of polygons [[x, y], ...] in metres ({error})')
+            self._fail(key, f'expected a list of polygons [[x, y], ...] in metres ({error})')
 
     def _space(self, walls, start, goal, radius):
         """Return the DistanceField and the free points, having checked the robot's task."""
@@ -252,6 +272,11 @@ class _Reader:
         if missed or walls.distance(goal[None])[0] <= radius:
             self._fail('robot.goal', 'lies in or against a wall, or walls part it from the start')
         return field, free
+
+    def _berth(self, value):
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value < 10:
+            self._fail('robot.berth', f'expected metres, 0 or more, got {reprlib.repr(value)}')
+        return float(value)
 
     def _cases(self):
         cases = self._section('cases')
