@@ -31,6 +31,8 @@ from wallnav_ros.world.state import Agents, Observation, Robot
 # Stop, straight ahead, and an arc to each side.
 FOUR = ActionSet(np.array([0.0, 1.0, 1.0, 1.0]), np.array([0.0, 0.0, 1.0, -1.0]))
 OPEN = DistanceField.empty()
+# Walks away behind the robot: of no matter to it, but a reason why waiting may change something.
+PASSER = Agents.of([[-4.0, 0.0]], [[-0.8, 0.0]], [0.3])
 
 
 def nothing(features):
@@ -61,7 +63,7 @@ def wall_ahead(x):
 
 
 def test_one_step_is_reward_plus_discounted_value():
-    decision = Lookahead(nearness, FOUR, Rule()).decide(observe())
+    decision = Lookahead(nearness, FOUR, Rule()).decide(observe(PASSER))
 
     # Straight on gains 0.8 x 0.25 = 0.2 m: 0.01 x 0.2 progress + 0.01 push + 0.01 wall, and
     # 3.8 m are left. Standing still costs 0.01 for freezing. gamma^(dt v) = 0.9^0.2 = 0.979148.
@@ -85,7 +87,7 @@ def test_the_discount_follows_from_time_and_preferred_speed():
     lookahead = Lookahead(lambda features: np.ones(len(features.robot)), FOUR,
                           Rule((3,), discount=0.5, reward='R1'))
 
-    decision = lookahead.decide(observe(preferred_speed=np.float64(0.4)))
+    decision = lookahead.decide(observe(PASSER, preferred_speed=np.float64(0.4)))
 
     # 0.5^(0.25 x 0.4) a step; 0.1 m nearer a step at 0.01 a metre.
     step = 0.5 ** 0.1
@@ -123,7 +125,7 @@ def test_scores_of_several_horizons_are_averaged():
 def test_the_goal_ends_a_rollout_and_is_worth_ten():
     def high(features):
         return np.full(len(features.robot), 1000.0)
-    observation = observe(goal=np.array([0.5, 0.0]))
+    observation = observe(PASSER, goal=np.array([0.5, 0.0]))
 
     scores, rollout = Lookahead(high, FOUR, Rule((4,))).evaluate(*batched(observation))
 
@@ -139,7 +141,7 @@ def test_a_predicted_collision_excludes_an_action_however_high_its_value():
     def ahead(features):
         return 1000.0 * -features.robot[:, 0].astype(float)
     # 0.15 m of room straight ahead, 0.2 m to go; turning does not help, standing does.
-    agents = Agents.of([[0.65, 0.0]], [[0.0, 0.0]], [0.3])
+    agents = Agents.of([[0.65, 0.0], [-4.0, 0.0]], [[0.0, 0.0], [-0.8, 0.0]], [0.3, 0.3])
 
     decision = Lookahead(ahead, FOUR).decide(observe(agents))
 
@@ -168,7 +170,7 @@ def test_a_collision_half_way_through_a_step_is_seen():
 def test_walls_are_felt_half_way_too():
     """A thin wall in the middle of a step of 0.8 m at 3.2 m/s: the ends are 0.4 m clear of it."""
     scores = Lookahead(nearness, FOUR).decide(
-        observe(walls=wall_ahead(0.4), preferred_speed=np.float64(3.2))).scores
+        observe(PASSER, walls=wall_ahead(0.4), preferred_speed=np.float64(3.2))).scores
 
     assert np.isinf(scores[1])
     assert np.isfinite(scores[STOP])
@@ -389,3 +391,16 @@ def test_the_warning_zone_of_r3_is_felt_where_the_step_ends():
     assert score(away, 1) == pytest.approx(0.002)
     assert score(towards, 0) == pytest.approx(0.2 * (np.exp(-0.15) - 0.3))
     assert score(towards, 1) == pytest.approx(0.2 * (np.exp(-0.35) - 0.3))
+
+
+def test_where_nobody_walks_waiting_is_no_choice():
+    # Standing would be worth most; nothing would ever change.
+    def still(features):
+        return -100.0 * features.robot[:, 5].astype(float)        # the robot's speed
+    stands = Agents.of([[1.5, 1.0]], [[0.0, 0.0]], [0.3])
+
+    assert Lookahead(still, FOUR).decide(observe(PASSER)).action == STOP
+    for agents in (None, stands):
+        decision = Lookahead(still, FOUR).decide(observe(agents))
+        assert decision.action != STOP
+        assert decision.safe

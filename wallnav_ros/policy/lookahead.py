@@ -23,15 +23,16 @@ import numpy as np
 
 from wallnav_ros.policy import features
 from wallnav_ros.policy.actions import make_actions, STOP
-from wallnav_ros.policy.motion import constant_velocity, Forecast
+from wallnav_ros.policy.motion import constant_velocity, Forecast, WALKING
 from wallnav_ros.policy.rewards import (
     Gains, reward_terms, someone_passing, StepFacts, total, warning_radius)
-from wallnav_ros.world.geometry import closest_approach, drive_unicycle
+from wallnav_ros.world.geometry import closest_approach, drive_unicycle, lengths
 from wallnav_ros.world.state import Agents, Robot
 
 GOAL_TOLERANCE = 0.2      # m, distance at which the goal counts as reached
 MOST_AGENTS = 16          # the nearest so many are looked at: as many as training knows
 CAUTION_COST = 1.0        # per step, of brushing past a walking agent
+WAITING = 5.0             # m, within which a robot may wait for somebody who walks
 NO_MATTER = 3.0           # standard deviations beyond which an agent is not expected
 
 
@@ -156,7 +157,10 @@ class Lookahead:
             value[state, action, number] = self.value(
                 self._leaves(robot, agents, walls, rollout, state, action, number))
         value *= powers[..., horizons] * rollout.survival[..., horizons - 1]
-        return (gained + value).mean(axis=-1), rollout
+        scores = (gained + value).mean(axis=-1)
+        # Where nobody walks, waiting changes nothing: its value is that of waiting for ever.
+        scores[~_somebody_walks(robot, agents), STOP] = -np.inf
+        return scores, rollout
 
     def roll_out(self, robot, agents, walls):
         """Return the Rollout of every action: turn for one step, then keep the heading."""
@@ -264,6 +268,12 @@ def _nearest(agents, robot):
     gap = np.linalg.norm(agents.position - robot.position, axis=1) - agents.radius
     rows = np.sort(np.argsort(np.where(agents.present, gap, np.inf), kind='stable')[:MOST_AGENTS])
     return Agents(*(part[rows] for part in vars(agents).values()))
+
+
+def _somebody_walks(robot, agents):
+    """Return (B,) whether anybody who walks is within WAITING metres, worth waiting for."""
+    near = lengths(agents.position - robot.position[:, None]) < WAITING
+    return (agents.present & near & (lengths(agents.velocity) > WALKING)).any(axis=1)
 
 
 def _contacts(robot, agents, forecast, before, after):
