@@ -17,6 +17,8 @@ Where the robot is: odometry, corrected by a localisation's last word.
 REP-105: `odom` is continuous and drifts, `map` jumps; what AMCL corrects is odom in map.
 """
 
+import math
+
 import numpy as np
 
 from wallnav_ros.perception.odometry_buffer import PoseBuffer
@@ -71,7 +73,7 @@ class Localisation:
         if self._last is None or stamp < self._first:
             self._first = stamp
         if self._last is not None:
-            self.travelled += float(np.hypot(*(pose - self._last)[:2]))
+            self.travelled += math.hypot(pose[0] - self._last[0], pose[1] - self._last[1])
         self._last, self.velocity = pose, velocity
         self._settle()
         return True

@@ -54,6 +54,8 @@ class Trails:
         """Return (N, PAST, 2) where Tracks were 1, 2, ... steps before; NaN where not known."""
         trail = np.full((len(tracks), PAST, 2), np.nan)
         human = np.flatnonzero(tracks.label == HUMAN)
+        if not len(human):
+            return trail
         stamps = [memory.stamp for memory in self._memories]
         for step in range(PAST):
             when = tracks.stamp - (step + 1) * self._time_step
@@ -68,8 +70,7 @@ class Trails:
 
 def _places(tracks, ids):
     """Return the positions (N, 2) of `ids` (N,) among Tracks, NaN for those that are not there."""
-    if not len(tracks):
-        return np.full((len(ids), 2), np.nan)
-    order = np.argsort(tracks.id)
-    found = order[np.minimum(np.searchsorted(tracks.id, ids, sorter=order), len(tracks) - 1)]
-    return np.where((tracks.id[found] == ids)[:, None], tracks.position[found], np.nan)
+    row, found = np.nonzero(ids[:, None] == tracks.id)
+    places = np.full((len(ids), 2), np.nan)
+    places[row] = tracks.position[found]
+    return places

@@ -18,6 +18,7 @@ REP-105: odometry is continuous, so interpolating between two of its poses is so
 """
 
 from bisect import bisect_right
+import math
 
 import numpy as np
 
@@ -59,7 +60,8 @@ class PoseBuffer:
         `resets`. Slightly older stamps are messages out of order and are dropped.
         """
         pose = np.asarray(pose, dtype=float)
-        if pose.shape != (3,) or not (np.isfinite(pose).all() and np.isfinite(stamp)):
+        # For three numbers, `math` takes a tenth of NumPy's time; odometry comes at 100 Hz.
+        if pose.shape != (3,) or not all(map(math.isfinite, (*pose.tolist(), stamp))):
             return False
         if self._stamps and stamp <= self._stamps[-1]:
             if stamp >= self._stamps[-1] - self.max_gap:
