@@ -100,12 +100,16 @@ def add_surfaces(points, walls, centre, reach=REACH):
         return DistanceField.empty() if walls is None else walls
     size = int(np.ceil(2 * reach / RESOLUTION)) + 1
     corner = np.asarray(centre, dtype=float) - reach
+    aligned = walls is not None and not walls.pose[2] and walls.resolution == RESOLUTION
+    if aligned:
+        corner = walls.pose[:2] + RESOLUTION * np.rint((corner - walls.pose[:2]) / RESOLUTION)
     free = np.ones((size, size), np.uint8)
     column, row = np.rint((points - corner) / RESOLUTION).astype(np.intp).T
     free[row, column] = 0
     distance = cv2.distanceTransform(free, cv2.DIST_L2, cv2.DIST_MASK_5) * RESOLUTION
     if walls is not None:
-        np.minimum(distance, _resample(walls, corner, size), out=distance)
+        there = _cut(walls, corner, size) if aligned else _resample(walls, corner, size)
+        np.minimum(distance, there, out=distance)
     return DistanceField(distance, np.array([*corner, 0.0]), RESOLUTION)
 
 
@@ -141,6 +145,15 @@ def outlines(points, agents):
     edge = np.stack((np.cos(turn), np.sin(turn)), axis=1)
     rings = agents.position[still, None] + agents.radius[still, None, None] * edge
     return np.vstack((points, rings.reshape(-1, 2)))
+
+
+def _cut(walls, corner, size):
+    """Return (size, size) nodes of `walls` from the one at `corner` (2,) on."""
+    column, row = np.rint((corner - walls.pose[:2]) / walls.resolution).astype(np.intp)
+    height, width = walls.distance.shape
+    rows = np.clip(row + np.arange(size), 0, height - 1)
+    columns = np.clip(column + np.arange(size), 0, width - 1)
+    return walls.distance.take(rows, axis=0).take(columns, axis=1)
 
 
 def _resample(walls, corner, size):

@@ -14,7 +14,7 @@
 """
 The ROS 2 nodes, the only room that imports rclpy; see docs/nodes.md.
 
-Importing this room, before NumPy, keeps BLAS to one thread.
+Importing this room, before NumPy, keeps BLAS and OpenCV to one thread.
 """
 
 import os
@@ -22,3 +22,8 @@ import os
 # BLAS threads spin while they wait for each other: on a robot that is heat, not speed.
 for _name in ('OMP_NUM_THREADS', 'OPENBLAS_NUM_THREADS'):
     os.environ.setdefault(_name, '1')
+
+import cv2  # noqa: E402
+
+# Nor do they help with images of a few hundred pixels: they are waited for.
+cv2.setNumThreads(1)

@@ -17,6 +17,7 @@ How every node starts and stops: parameters first, a clean end on SIGINT and SIG
 Exit statuses follow docs/nodes.md: 0 ended on request, 1 crashed, 2 refused to start.
 """
 
+import gc
 from pathlib import Path
 import signal
 import sys
@@ -60,6 +61,9 @@ def run(make_node, args=None):
 
 
 def _spin(node):
+    # What is there by now stays: going through it would hold up a command for milliseconds.
+    gc.collect()
+    gc.freeze()
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     stop = Future()
