@@ -33,7 +33,7 @@ def test_a_steady_drive_and_a_steady_acceleration_have_no_jerk():
 
 
 def test_a_cubic_path_has_the_jerk_of_its_third_derivative():
-    """x = t^3 / 2, y = t^3 / 3: third derivatives 3 and 2 m/s^3."""
+    """With x = t^3 / 2 and y = t^3 / 3: third derivatives 3 and 2 m/s^3."""
     time = 0.25 * np.arange(9)[:, None]
 
     assert mean_jerk(time ** 3 * [0.5, 1.0 / 3.0], 0.25) == pytest.approx(np.hypot(3.0, 2.0))

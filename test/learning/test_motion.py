@@ -77,7 +77,8 @@ def test_the_robots_forward_pass_is_torchs_and_survives_a_file(watched, tmp_path
     network, _ = fit(*watched, epochs=1, seed=0)
     linear = [layer for layer in network if isinstance(layer, torch.nn.Linear)]
     model = motion.MotionModel([(layer.weight.detach().numpy().T.copy(),
-                                 layer.bias.detach().numpy().copy()) for layer in linear], {'a': 1})
+                                 layer.bias.detach().numpy().copy())
+                                for layer in linear], {'a': 1})
     save_motion(model, tmp_path / 'motion.npz')
     loaded = load_motion(tmp_path / 'motion.npz')
 

@@ -21,10 +21,9 @@ import signal
 import threading
 from time import monotonic
 
+from nodes_over_dds import NodeProcess, Robot
 import numpy as np
 import pytest
-
-from nodes_over_dds import NodeProcess, Robot
 
 STOPPED_WITHIN = 0.5       # s
 TIMEOUTS = {'scan_timeout': 0.3, 'odom_timeout': 0.3, 'tracks_timeout': 0.3,

@@ -63,7 +63,7 @@ class World:
         self.pose = drive_unicycle(self.pose, *self.command(), STEP)
 
     def command(self):
-        """Return the command (2,) that the node gave last."""
+        """Return what the node gave last, (2,) m/s and rad/s."""
         return self.node.navigator.command
 
     def send(self):

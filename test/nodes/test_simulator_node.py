@@ -30,7 +30,7 @@ from wallnav_ros.nodes.topics import LATCHED, RELIABLE, SENSOR
 
 pyrvo = pytest.importorskip('pyrvo')
 
-from wallnav_ros.nodes.simulator_node import LONGEST_LAG  # noqa: E402
+from wallnav_ros.nodes.simulator_node import LONGEST_LAG  # noqa: E402, I100
 from wallnav_ros.simulation.episodes import draw_episode  # noqa: E402
 from wallnav_ros.simulation.lidar import Lidar  # noqa: E402
 from wallnav_ros.simulation.scenarios import load_scenario  # noqa: E402

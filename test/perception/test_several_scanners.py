@@ -90,6 +90,7 @@ def test_evidence_does_not_count_twice_because_two_scanners_look():
     """A person to the side, in both views, is named human no sooner than by one scanner."""
     def walker(time):
         return [(-0.8 + 0.8 * time, 1.5, 0.25)]
+
     def named(mounts):
         results = follow(walker, 25, lag=0.05, mounts=mounts)
         return next(tracks.stamp for tracks in results if (tracks.label == HUMAN).any())

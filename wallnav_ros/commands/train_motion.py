@@ -62,7 +62,7 @@ def main(arguments=None):
 
 
 def card(training):
-    """Return the model card (Markdown) of a motion model from what it was trained with."""
+    """Return in Markdown the card of a motion model from what it was trained with."""
     unseen = training['unseen']
     return f"""# Motion model
 

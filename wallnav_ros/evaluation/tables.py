@@ -22,7 +22,7 @@ import csv
 import numpy as np
 from scipy.stats import binomtest
 
-from wallnav_ros.evaluation.metrics import comfort, COMFORT, INTIMATE, PERSONAL
+from wallnav_ros.evaluation.metrics import COMFORT, comfort, INTIMATE, PERSONAL
 from wallnav_ros.simulation.batch import OUTCOMES
 from wallnav_ros.world.files import atomic_write
 

@@ -106,7 +106,7 @@ class Driver:
 
     @property
     def command(self):
-        """Return the command (2,) given last."""
+        """Return what was given last, (2,) m/s and rad/s."""
         return self._ramp.command
 
     def reach(self, period):

@@ -84,7 +84,7 @@ class Navigator:
 
     @property
     def command(self):
-        """Return the command (2,) given last, m/s and rad/s."""
+        """Return what was given last, (2,) m/s and rad/s."""
         return self._driver.command
 
     @property

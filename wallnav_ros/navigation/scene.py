@@ -68,7 +68,7 @@ class Scene:
 
     @property
     def walls(self):
-        """Return the mapped walls (DistanceField), None while the robot is not in the map."""
+        """Return the DistanceField of the mapped walls, None while the robot is not in the map."""
         return self.map_walls if self._place.state_frame == MAP else None
 
     def observe(self, robot, now):

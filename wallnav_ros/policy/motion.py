@@ -104,7 +104,7 @@ class MotionModel:
         return Forecast(chance, position[..., :steps, :], spread[..., :steps])
 
     def outputs(self, x):
-        """Return the outputs (..., OUTPUTS) that `read` understands for inputs (..., INPUTS)."""
+        """Return (..., OUTPUTS) that `read` understands for inputs (..., INPUTS)."""
         for number, (weight, bias) in enumerate(self.layers):
             x = x @ weight + bias
             if number < len(self.layers) - 1:

@@ -28,8 +28,8 @@ from wallnav_ros.mapping.occupancy_map import load_map, MapError
 from wallnav_ros.mapping.route import plan_route, RouteError
 from wallnav_ros.mapping.wall_extraction import extract_walls
 from wallnav_ros.simulation.family import Family, KINDS
-from wallnav_ros.simulation.furniture import chair_legs
 from wallnav_ros.simulation.free_space import CELL, free_points, within_polygon
+from wallnav_ros.simulation.furniture import chair_legs
 from wallnav_ros.world.distance_field import DistanceField
 from wallnav_ros.world.files import find_asset
 from wallnav_ros.world.geometry import nearest_on_segments
