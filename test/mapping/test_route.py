@@ -13,6 +13,8 @@
 # limitations under the License.
 """Routes: worked by hand in small worlds, and real maps planned across."""
 
+from time import thread_time
+
 import numpy as np
 import pytest
 
@@ -132,3 +134,25 @@ def test_real_maps_are_crossed(shared_data, name):
     assert 20.0 < length < 1.03 * route.to_go(start) + 0.2
     dense = np.concatenate([np.linspace(a, b, 100) for a, b in zip(path[:-1], path[1:])])
     assert field.at(dense).min() > 0.25 - 0.02
+
+
+@pytest.mark.parametrize('name', ['asl_office_j/*.yaml', 'fetch_4_26_15/*.yaml',
+                                  'nav2_warehouse/*.yaml'])
+def test_a_route_of_thirty_metres_on_a_real_map_is_planned_within_half_a_second(
+        shared_data, rng, name):
+    path = sorted((shared_data / 'maps').glob(name))[0]
+    field = distance_field(extract_walls(load_map(path)).walls)
+    size = np.array(field.distance.shape[::-1]) * field.resolution
+    points = field.pose[:2] + rng.uniform(0.0, 1.0, (4000, 2)) * size
+    points = points[(field.at(points) > 0.5) & (field.at(points) < 2.0)]
+    far, tries = 0, 0
+    while far < 3 and tries < 40:
+        tries += 1
+        start, goal = points[rng.integers(len(points), size=2)]
+        began = thread_time()
+        route = plan_route(field, goal, 0.25)
+        took = thread_time() - began
+        if 30.0 <= route.to_go(start) < np.inf:
+            far += 1
+            assert took < 0.5
+    assert far == 3

@@ -57,6 +57,7 @@ def main(arguments=None):
              lambda agents=agents: stages.time_decision(weights, agents)
              for agents in stages.CROWDS}
     jobs['wall extraction, 2736 x 1280 cells'] = stages.time_wall_extraction
+    jobs['route, 30 m on a floor of 60 m x 60 m'] = stages.time_route
     jobs['simulator step, 15 agents'] = stages.time_simulator
     jobs['simulator step, 15 agents, 25 side by side'] = (
         lambda: stages.time_simulator(episodes=25))

@@ -23,7 +23,9 @@ from time import process_time, thread_time
 import numpy as np
 
 from wallnav_ros.evaluation.episodes import BATCH
+from wallnav_ros.mapping.distance_field import distance_field
 from wallnav_ros.mapping.occupancy_map import from_occupancy_grid
+from wallnav_ros.mapping.route import plan_route
 from wallnav_ros.mapping.wall_extraction import extract_walls
 from wallnav_ros.perception.scan import Scan
 from wallnav_ros.perception.tracking import Tracker
@@ -34,6 +36,7 @@ from wallnav_ros.simulation.lidar import Lidar
 from wallnav_ros.simulation.rollout import run_episodes
 from wallnav_ros.simulation.scenarios import load_scenario
 from wallnav_ros.world.state import Agents, Observation
+from wallnav_ros.world.walls import Walls
 
 PATHS = ('curve_path', 'cross_path')
 WARM_UP = 5                       # calls that are not counted
@@ -104,6 +107,16 @@ def time_wall_extraction(calls=7):
     cells[rng.random(MAP_SHAPE) < 5e-4] = 100
     grid = from_occupancy_grid(cells.ravel(), MAP_SHAPE[1], MAP_SHAPE[0], 0.02, np.zeros(3))
     return measure(extract_walls, [grid] * calls)
+
+
+def time_route(calls=20):
+    """Time the planning of a route across a floor of 60 m x 60 m with doors 1 m wide."""
+    lines = np.arange(0.0, 61.0, 6.0)
+    walls = [[(line, low + 1.0), (line, low + 6.0)] for line in lines for low in lines[:-1]]
+    walls += [[(low + 1.0, line), (low + 6.0, line)] for line in lines for low in lines[:-1]]
+    field = distance_field(Walls.from_polylines(walls))
+    goals = np.random.default_rng(0).uniform(31.0, 35.0, (calls, 2))
+    return measure(lambda goal: plan_route(field, goal, 0.25, np.array([9.0, 9.0])), goals)
 
 
 def time_simulator(calls=150, episodes=1):
