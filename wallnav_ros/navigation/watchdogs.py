@@ -84,7 +84,8 @@ class Feed:
                         f'(timeout {self.timeout:g} s){self._refused}')
         if old > self.timeout:
             return Stop(f'{self.name}_stale', f'{self.name}: stamped {old:.2f} s ago (timeout '
-                        f'{self.timeout:g} s); do the clocks agree, is use_sim_time set?')
+                        f'{self.timeout:g} s); do the clocks agree, is use_sim_time set?'
+                        f'{self._refused}')
         if old < -AHEAD:
             return Stop(f'{self.name}_ahead', f'{self.name}: stamped {-old:.2f} s ahead of the '
                                               'clock; do the clocks agree, is use_sim_time set?')
