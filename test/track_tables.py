@@ -26,7 +26,7 @@ def make_table(position, **columns):
     table = TrackTable()
     position = np.asarray(position, dtype=float).reshape(-1, 2)
     columns = {'position': position, 'id': 1 + np.arange(len(position)),
-               'trail': position[:, None], 'born_at': position, **columns}
+               'trail': position[:, None], 'born_at': position, 'place': position, **columns}
     for name, (shape, kind) in TrackTable.COLUMNS.items():
         values = np.asarray(columns.pop(name, 0), dtype=kind)
         setattr(table, name, np.broadcast_to(values, (len(position), *shape)).copy())
@@ -38,9 +38,9 @@ def make_detections(position, **columns):
     """Return Detections at `position` (D, 2); `columns` (D, ...) or one for all."""
     position = np.asarray(position, dtype=float).reshape(-1, 2)
     columns = {'noise': 0.03, 'radius': 0.2, 'count': 10, **columns}
-    logical = ('apart', 'leg', 'hidden')
+    logical, shape = ('apart', 'leg'), {'hidden': (2,), 'sight': (2,)}
     return Detections(position=position, **{
         field.name: np.broadcast_to(np.asarray(
             columns.get(field.name, 0), dtype=bool if field.name in logical else None),
-            len(position)).copy()
+            (len(position), *shape.get(field.name, ()))).copy()
         for field in fields(Detections) if field.name != 'position'})

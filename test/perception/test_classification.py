@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 from track_tables import make_table
 
-from wallnav_ros.perception.classification import find_gait, settle_labels
+from wallnav_ros.perception.classification import find_gait, settle_labels, weigh_motion
 from wallnav_ros.perception.settings import TrackerSettings
 from wallnav_ros.perception.track_table import TRAIL
 
@@ -95,3 +95,28 @@ def test_a_third_leg_beside_makes_it_furniture():
 
 def test_nobody_has_no_gait():
     assert len(find_gait(make_table(np.empty((0, 2))), SETTINGS)) == 0
+
+
+def evidence(steps, moved_rate=3.0, leap_share=0.5):
+    """Return the log-odds after one scan of what came by `steps` (TRAIL,) m, newest first."""
+    trail = np.zeros((1, TRAIL, 2))
+    trail[0, :, 0] = -np.cumsum(steps)
+    table = make_table([[0.0, 0.0]], trail=trail, velocity=[1.0, 0.0], radius=0.1,
+                       covariance=[0.0009, 0.0, 0.04])
+    none = np.zeros(1)
+    weigh_motion(table, np.array([0]), none, none, np.full(1, moved_rate), none.astype(bool), none,
+                 0.1, SETTINGS, leap_share)
+    return float(table.motion[0])
+
+
+def test_a_way_is_motion_and_one_leap_of_the_same_length_is_none():
+    even, leap = np.full(TRAIL, 0.4 / TRAIL), np.zeros(TRAIL)
+    leap[3] = 0.4
+    # 0.4 m less half a step of 0.025 m: beyond 0.25 m; less half the leap: 0.2 m is not.
+    assert evidence(even) == pytest.approx(0.3)
+    assert evidence(leap) == 0.0
+    assert evidence(leap, leap_share=0.0) == pytest.approx(0.3)
+
+
+def test_what_moves_counts_for_nothing_where_its_surroundings_seem_to_move():
+    assert evidence(np.full(TRAIL, 0.05), moved_rate=0.0) == 0.0

@@ -15,6 +15,7 @@
 
 import numpy as np
 import pytest
+from track_tables import make_detections
 
 from wallnav_ros.perception.detection import detect, judge_points, place_beams
 from wallnav_ros.perception.scan import Scan
@@ -169,3 +170,20 @@ def test_far_things_are_known_less_well():
 
 def test_nothing_is_found_in_an_empty_scan():
     assert len(find(look())) == 0
+
+
+@pytest.mark.parametrize('cover, side', [((0.5, 0.0), -1.0), ((0.0, 0.5), 1.0)])
+def test_the_centre_of_a_body_half_hidden_lies_one_radius_from_the_limb_in_sight(cover, side):
+    # Seen along x: 0.2 m of a disc 0.5 m wide, whose other part is hidden on one side.
+    found = make_detections([[2.0, 0.0]], radius=0.1, hidden=cover, sight=(1.0, 0.0))
+    centre = found.centre_of(np.array([0]), np.array([0.25]), TrackerSettings())[0]
+    # The limb in sight is 0.1 m to the other side; the centre is 0.25 m from it.
+    assert centre[1] == pytest.approx(side * 0.15)
+    depth = np.sqrt(0.25 ** 2 - 0.15 ** 2 - 0.1 ** 2 / 3.0) - 0.1 * np.pi / 4.0
+    assert centre[0] == pytest.approx(2.0 + depth)
+
+
+def test_the_centre_stays_where_nothing_is_missing():
+    found = make_detections([[2.0, 0.0]], radius=0.2, hidden=(0.5, 0.0), sight=(1.0, 0.0))
+    centre = found.centre_of(np.array([0]), np.array([0.2]), TrackerSettings())[0]
+    np.testing.assert_allclose(centre, [2.0, 0.0], atol=0.01)

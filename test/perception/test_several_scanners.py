@@ -131,7 +131,7 @@ def test_two_real_scanners_follow_one_person_all_around_the_robot(shared_data):
             places.setdefault(tracks.id[number], []).append(
                 (tracks.stamp - begin, *tracks.position[number]))
     walkers = [np.array(way) for way in places.values()
-               if np.ptp(np.array(way)[:, 1:], axis=0).max() > 1.0]
+               if np.ptp(np.array(way)[:, 1:], axis=0).max() > 2.0]
     # One person walks, before and behind the robot, and is one track from 10 s to the end.
     assert len(walkers) == 1
     walker = walkers[0]

@@ -18,7 +18,7 @@ import pytest
 from track_tables import make_table
 
 from wallnav_ros.perception.settings import TrackerSettings
-from wallnav_ros.perception.track_table import TRAIL, TrackTable
+from wallnav_ros.perception.track_table import TrackTable, TRAIL
 
 SETTINGS = TrackerSettings(acceleration_noise=0.4, rest_time=0.3, fastest=3.0)
 
@@ -100,7 +100,7 @@ def test_only_the_rows_that_are_kept_stay_in_every_column():
 def test_the_trail_holds_the_last_places_newest_first():
     table = make_table([[0.0, 0.0]])
     for step in range(1, TRAIL + 3):
-        table.position = np.array([[float(step), 0.0]])
+        table.position = table.place = np.array([[float(step), 0.0]])
         table.lay_trail(0.2 * step, 0.2)
     assert table.trail[0, :, 0].tolist() == [float(step) for step in range(TRAIL + 2, 2, -1)]
 
@@ -108,7 +108,7 @@ def test_the_trail_holds_the_last_places_newest_first():
 def test_the_trail_has_its_own_pace_whatever_that_of_the_scans():
     table = make_table([[0.0, 0.0]])
     for step in range(1, 21):
-        table.position = np.array([[float(step), 0.0]])
+        table.position = table.place = np.array([[float(step), 0.0]])
         table.lay_trail(0.05 * step, 0.2)
     np.testing.assert_allclose(np.diff(table.trail[0, :5, 0]), -4.0)
 

@@ -15,8 +15,8 @@
 Human or obstacle: evidence of motion, gathered over time, with hysteresis.
 
 A thing walks when it is where nothing was, or when where it was nothing is (visibility), and it
-has come further than its uncertainty explains; log-odds as in binary Bayes filters (Thrun,
-Burgard and Fox 2005, section 4.2).
+has come further than its uncertainty and one mix-up with a neighbour explain; log-odds as in
+binary Bayes filters (Thrun, Burgard and Fox 2005, section 4.2).
 """
 
 import numpy as np
@@ -24,30 +24,45 @@ import numpy as np
 from wallnav_ros.world.geometry import distances
 
 
-def weigh_motion(table, rows, still, fresh, apart, vacated, gait, elapsed, settings):
+def weigh_motion(table, rows, still, fresh, moved_rate, vacated, gait, elapsed, settings,
+                 leap_share=0.0):
     """
     Add the evidence of one scan to `motion` of the updated `rows` (K,).
 
     still, fresh: (K,) shares of the beams on known surfaces and on known free space.
-    apart: (K,) bool, nothing large is near.
+    moved_rate: (K,) log-odds a second that having moved counts, whatever earlier views say.
     vacated: (K,) bool, the place on the trail was seen free in this scan.
-    gait: (K,) bool, a leg that moves against another.
+    gait: (K,) log-odds a second from legs that move against each other.
     elapsed: seconds the evidence stands for.
+    leap_share: share of the longest leap of each that may be a mix-up with a neighbour.
     """
-    gone = np.hypot(*(table.position[rows] - table.trail[rows, -1]).T)
+    gone = _way(table, rows, leap_share)
     doubt = np.sqrt(table.covariance[rows, 0]) + settings.body_noise
-    moved = (gone > settings.walking_distance) & (gone > 3.0 * doubt)
+    swift = np.hypot(*table.velocity[rows].T) > settings.walking_speed
+    moved = swift & (gone > settings.walking_distance) & (gone > 3.0 * doubt)
+    arrived = swift & (fresh > still) & (gone > 2.0 * doubt)
     earned = table.human[rows] & (
         (table.proof[rows] > settings.earned_proof) | (table.pair[rows] > 0.3))
-    rate = (settings.fresh_rate * np.where((fresh > still) & (gone > 2.0 * doubt), fresh, 0.0)
+    rate = (settings.fresh_rate * fresh * arrived
             + settings.vacated_rate * (vacated & moved)
-            + settings.moved_rate * (moved & apart & (still < 0.3))
-            + settings.gait_rate * gait
-            - settings.still_rate * still * ~moved * ~earned * ~gait)
+            + moved_rate * (moved & (still < 0.3))
+            + gait
+            - settings.still_rate * still * ~(moved | earned | (gait > 0.0)))
     rate = np.where(table.radius[rows] < settings.thin_radius, np.minimum(rate, 0.0), rate)
     limit = settings.motion_limit
     table.proof[rows] += np.maximum(rate, 0.0) * elapsed
     table.motion[rows] = np.clip(table.motion[rows] + rate * elapsed, -limit, limit)
+
+
+def _way(table, rows, leap_share):
+    """
+    Return how far (K,) metres `rows` have come on their trail, less a share of the longest leap.
+
+    One leap is what mixing up two things that stand looks like; it takes more to be a way.
+    """
+    way = np.concatenate((table.place[rows, None], table.trail[rows]), axis=1)
+    leap = np.hypot(*(way[:, 1:] - way[:, :-1]).T).max(axis=0)
+    return np.hypot(*(way[:, 0] - way[:, -1]).T) - leap_share * leap
 
 
 def find_gait(table, settings):

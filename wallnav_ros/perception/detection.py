@@ -39,8 +39,9 @@ class Detections:
     still: (D,) share of the beams that end where earlier views saw a surface too.
     fresh: (D,) share of the beams that end where earlier views saw nothing.
     apart: (D,) bool, stands clear of anything larger than a person.
-    leg: (D,) bool, no wider than a leg. hidden: (D,) bool, something nearer covers a side.
-    noise: (D,) metres, error of a coordinate.
+    leg: (D,) bool, no wider than a leg. noise: (D,) metres, error of a coordinate.
+    hidden: (D, 2) metres, by how much what covers its right and its left side is nearer, 0 where
+    nothing does. sight: (D, 2) unit vector from the scanner.
     """
 
     position: np.ndarray
@@ -52,10 +53,27 @@ class Detections:
     leg: np.ndarray
     hidden: np.ndarray
     noise: np.ndarray
+    sight: np.ndarray
 
     def __len__(self):
         """Return the number of detections."""
         return len(self.radius)
+
+    def centre_of(self, which, radius, settings):
+        """
+        Return the centres (K, 2) of detections `which` (K,), if they are discs of `radius` (K,) m.
+
+        The side that is not hidden is the disc's own limb: the centre is one radius from it.
+        """
+        seen, sight = self.radius[which], self.sight[which]
+        missing = np.clip(radius - seen, 0.0, settings.hidden_width)
+        hidden = (self.hidden[which] > 0.0).astype(float)
+        shift = missing * (hidden[:, 1] - hidden[:, 0])
+        # The mean depth of the visible part of a circle, whose offsets spread evenly.
+        behind = np.sqrt(np.maximum((seen + missing) ** 2 - shift ** 2 - seen ** 2 / 3.0, 0.0))
+        left = np.stack((-sight[:, 1], sight[:, 0]), axis=1)
+        return (self.position[which] + shift[:, None] * left
+                + (behind - _FRONT * seen)[:, None] * sight)
 
 
 def place_beams(scan, wanted, sweep, settings):
@@ -120,26 +138,35 @@ def detect(scan, hits, points, pose, evidence, expected, settings):
     radius = 0.5 * clusters.width[chosen]
     leg = clusters.width[chosen] <= settings.leg_width + step * distance
     noise = np.hypot(settings.body_noise, 0.3 * step * distance)
-    hidden = _half_hidden(scan, hits, owner, total, settings)[chosen]
-    hidden &= radius > settings.thin_radius
+    hidden = _find_hidden(scan, hits, owner, clusters, settings)[chosen]
+    hidden *= (radius > settings.thin_radius)[:, None]
     centre = clusters.centroid[chosen] + sight * (_FRONT * radius)[:, None]
     return Detections(centre, radius, clusters.count[chosen], still, fresh, apart, leg, hidden,
-                      noise)
+                      noise, sight)
 
 
-def _half_hidden(scan, hits, owner, total, settings):
-    """Return (C,) bool: a beam next to the cluster ends well before it, on something else."""
-    first, last = np.full(total, len(scan.ranges)), np.full(total, -1)
+def _find_hidden(scan, hits, owner, clusters, settings):
+    """
+    Return (C, 2) m: by how much what covers the right and the left side of a cluster is nearer.
+
+    A beam beside it ends well before it, or on a nearer cluster that it was cut from.
+    """
+    total, beams = len(clusters), len(scan.ranges)
+    first, last = np.full(total, beams), np.full(total, -1)
     np.minimum.at(first, owner, hits)
     np.maximum.at(last, owner, hits)
-    ranges = np.where(scan.hits, scan.ranges, np.inf)
-    beams = len(ranges)
+    ranges, middle = np.where(scan.hits, scan.ranges, np.inf), np.full(beams, np.inf)
+    middle[hits] = clusters.distance[owner]
     edge = np.array((first, first, last, last))
     beside = edge + [[-1], [-2], [1], [2]]
-    nearer = ranges[beside % beams] < ranges[edge] - settings.apart_distance
+    nearer = ranges[edge] - ranges[beside % beams]
+    seam = ((np.abs(nearer) <= settings.break_distance)
+            & (middle[beside % beams] < clusters.distance - 3.0 * settings.body_noise))
+    cover = np.where(nearer > settings.break_distance, nearer, seam * settings.break_distance)
     if not scan.full_circle:
-        nearer &= (beside >= 0) & (beside < beams)
-    return nearer.any(axis=0)
+        cover *= (beside >= 0) & (beside < beams)
+    sides = np.maximum(cover[::2], cover[1::2]).T
+    return sides if scan.angle_increment > 0.0 else sides[:, ::-1]
 
 
 def _stand_apart(scan, hits, points, settings):

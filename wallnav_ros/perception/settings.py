@@ -100,7 +100,11 @@ class TrackerSettings:
     leg_noise: float = 0.10
     """m; where the body is when one leg is seen: a quarter of a stride away."""
     hidden_noise: float = 0.1
-    """m; where the centre is when something nearer covers a side: a third of a body away."""
+    """m; where the centre is when something nearer covers it: a third of a body away."""
+    hidden_width: float = 0.3
+    """m; how far a body reaches behind what covers it, at most: about its radius."""
+    shrink_time: float = 15.0
+    """s; in which a track that is never seen whole comes down to the part that is seen."""
     birth_speed_noise: float = 1.0
     """m/s; standard deviation of a person's velocity before it is known."""
 
@@ -143,8 +147,8 @@ class TrackerSettings:
     means that the clock was set back."""
 
     # Human or obstacle.
-    trail_spacing: float = 0.2
-    """s; the trail of eight places spans 1.6 s, enough to tell walking from swaying."""
+    trail_spacing: float = 0.1
+    """s; the trail of sixteen places spans 1.6 s, enough to tell walking from swaying."""
     walking_speed: float = 0.25
     """m/s; slower drift is explained by the changing view of a thing that stands still."""
     walking_distance: float = 0.25
@@ -153,8 +157,10 @@ class TrackerSettings:
     """log-odds gathered, after which one who stands keeps the label: a second of walking."""
     swing: float = 0.12
     """m a leg moves against the other within a second; a slow step is twice that."""
-    gait_rate: float = 5.0
+    gait_rate: float = 4.0
     """log-odds a second while two legs move against each other."""
+    open_gait: float = 5.0
+    """times that in the open, where there is nothing else that stands on legs."""
     thin_radius: float = 0.035
     """m; thinner than any leg: chair legs, poles, cables."""
     fresh_rate: float = 6.0
@@ -162,7 +168,11 @@ class TrackerSettings:
     vacated_rate: float = 6.0
     """log-odds a second while it moves and where it was is seen empty."""
     moved_rate: float = 3.0
-    """log-odds a second while it moves and no earlier view speaks against it."""
+    """log-odds a second while it moves, seen from a laser that stands."""
+    mapped_rate: float = 8.0
+    """log-odds a second while it moves and the map has taken out what slides along walls."""
+    leap_share: float = 0.5
+    """share of the longest leap on the trail that counts for a mix-up and not for a way."""
     still_rate: float = 2.5
     """log-odds a second against, while all of a thing is where something always was."""
     human_odds: float = 2.0

@@ -21,14 +21,14 @@ A constant-velocity model with the same noise along x and y needs one 2 x 2 cova
 import numpy as np
 
 # Places remembered of each track, one every `trail_spacing` seconds.
-TRAIL = 8
+TRAIL = 16
 
 
 class TrackTable:
     """
     N tracks, one row each.
 
-    id: (N,) uint32. position, velocity: (N, 2) m, m/s.
+    id: (N,) uint32. position, velocity: (N, 2) m, m/s. place: (N, 2) m, as measured last.
     covariance: (N, 3) variance of a position coordinate, its covariance with the velocity's,
     variance of the velocity's.
     radius: (N,) m. pair: (N,) share of the recent scans in which two legs were seen.
@@ -46,7 +46,7 @@ class TrackTable:
                'apart': ((), float), 'hits': ((), float),
                'born': ((), float), 'seen': ((), float), 'turn': ((), int), 'score': ((), float),
                'motion': ((), float), 'proof': ((), float), 'human': ((), bool),
-               'reach': ((), float), 'born_at': ((2,), float),
+               'reach': ((), float), 'born_at': ((2,), float), 'place': ((2,), float),
                'trail': ((TRAIL, 2), float)}
 
     def __init__(self):
@@ -79,7 +79,7 @@ class TrackTable:
         spread = (settings.leg_noise ** 2, 0.0, settings.birth_speed_noise ** 2)
         fresh = {'id': np.arange(self._next, self._next + count), 'position': position,
                  'velocity': np.zeros((count, 2)), 'covariance': np.tile(spread, (count, 1)),
-                 'radius': radius, 'pair': pair, 'born_at': position,
+                 'radius': radius, 'pair': pair, 'born_at': position, 'place': position,
                  'born': np.full(count, stamp), 'seen': np.full(count, stamp),
                  'trail': np.repeat(position[:, None], TRAIL, axis=1)}
         self._next += count
@@ -94,6 +94,7 @@ class TrackTable:
         share = np.where(self.motion < -1.5, np.exp(-elapsed / settings.rest_time), share)
         self.velocity = self.velocity * share[:, None]
         self.position = self.position + elapsed * self.velocity
+        self.place = self.position.copy()
         place, cross, speed = self.covariance.T
         density = settings.acceleration_noise ** 2
         self.covariance = np.stack((
@@ -107,6 +108,7 @@ class TrackTable:
         total = place + np.square(noise)
         gain, rate = place / total, cross / total
         innovation = position - self.position[rows]
+        self.place[rows] = position
         self.position[rows] += gain[:, None] * innovation
         self.velocity[rows] += rate[:, None] * innovation
         self.covariance[rows] = np.stack(
@@ -118,5 +120,5 @@ class TrackTable:
         gone = np.hypot(*(self.position - self.born_at).T)
         self.reach = np.maximum(self.reach, gone)
         if stamp - self._trail_stamp >= spacing - 1e-3:
-            self.trail = np.concatenate((self.position[:, None], self.trail[:, :-1]), axis=1)
+            self.trail = np.concatenate((self.place[:, None], self.trail[:, :-1]), axis=1)
             self._trail_stamp = stamp

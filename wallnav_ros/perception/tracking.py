@@ -83,7 +83,7 @@ class Tracker:
         seen = detect(scan, hits, points, pose, evidence, people, settings)
         match = associate(table, seen, settings)
         missed = self._find_missed(match, before, elapsed)
-        self._correct(seen, match, scan, view, interval)
+        self._correct(seen, match, scan, view, interval, walls is not None)
         self._miss(missed, scan, view, elapsed)
         self._give_birth(seen, match, scan.stamp)
         self._merge()
@@ -134,7 +134,7 @@ class Tracker:
         table.hits -= min(elapsed / 0.5, 1.0) * missed * table.hits
         return missed
 
-    def _correct(self, seen, match, scan, view, interval):
+    def _correct(self, seen, match, scan, view, interval, mapped):
         """Correct the tracks that were seen, by one detection or the mean of two legs."""
         settings, table = self.settings, self._table
         rows = np.flatnonzero(match.first >= 0)
@@ -144,21 +144,30 @@ class Tracker:
         both = match.second[rows] >= 0
         two = np.where(both, match.second[rows], one)
         position = 0.5 * (seen.position[one] + seen.position[two])
+        whole = ~both & (table.pair[rows] < 0.05)
+        # A leg covers a bit of the other in every step; a body that is covered is displaced.
+        least = np.where(whole & (table.radius[rows] > 0.5 * settings.leg_width),
+                         0.0, settings.apart_distance)
+        sides = (seen.hidden[one] > least[:, None]).sum(axis=1)
+        part = whole & (sides > 0)
+        position[part] = seen.centre_of(one[part], table.radius[rows[part]], settings)
         apart = np.hypot(*(seen.position[one] - seen.position[two]).T)
         radius = np.maximum(seen.radius[one], seen.radius[two]) + 0.5 * apart
         alone = seen.leg[one] & ~both & (table.pair[rows] > 0.3)
-        covered = seen.hidden[one] | seen.hidden[two]
+        covered = (sides > 0) | (seen.hidden[two] > least[:, None]).any(axis=1)
         noise = np.where(alone, settings.leg_noise, seen.noise[one])
-        noise = np.hypot(noise, settings.hidden_noise * (covered & ~both))
+        # With one limb in sight, half of what is not known of the centre is.
+        noise = np.hypot(noise, settings.hidden_noise * 0.5 * sides * ~both)
         # A thing that several scanners see does not live faster.
         elapsed = np.clip(scan.stamp - table.seen[rows], 0.0, interval)
         table.correct(rows, position, noise, scan.stamp)
         table.turn[rows] = self._turn
         share = np.minimum(elapsed / 0.5, 1.0)
         table.pair[rows] += share * (both - table.pair[rows])
-        # What is half hidden shows a part of its width only.
+        # What is half hidden shows a part of its width only, but not for ever.
         growth = radius - table.radius[rows]
-        table.radius[rows] += share * np.where(covered, np.maximum(growth, 0.0), growth)
+        slow = covered & (growth < 0.0)
+        table.radius[rows] += np.where(slow, elapsed / settings.shrink_time, share) * growth
         table.score[rows] = np.minimum(table.score[rows] + elapsed / settings.confirm_time, 1.0)
         weight = seen.count[one] + both * seen.count[two]
         shares = [(kind[one] * seen.count[one] + both * kind[two] * seen.count[two]) / weight
@@ -166,12 +175,25 @@ class Tracker:
         apart = seen.apart[one] & seen.apart[two]
         table.apart[rows] += share * (apart - table.apart[rows])
         table.hits[rows] += share * (1.0 - table.hits[rows])
-        # From a moving laser, the side that is seen changes: that alone is no motion.
-        apart &= np.hypot(*self._motion.rate[:2]) + abs(self._motion.rate[2]) < 0.05
-        vacated = look_up([view], scan, table.trail[rows, 3], 0.15, 0.2, 0.0)[0][0]
-        gait = find_gait(table, settings)[rows]
-        weigh_motion(table, rows, *shares, apart, vacated, gait, elapsed, settings)
+        vacated = look_up([view], scan, table.trail[rows, 6], 0.15, 0.2, 0.0)[0][0]
+        gait = settings.gait_rate * find_gait(table, settings)[rows]
+        if not self._motion.certain:
+            # Nothing stands around that could be told from the last scan: no furniture either.
+            gait = gait * settings.open_gait
+        moved_rate, leap_share = self._trust(mapped)
+        weigh_motion(table, rows, *shares, moved_rate * apart, vacated, gait, elapsed, settings,
+                     leap_share)
         settle_labels(table, self._crowded(), settings)
+
+    def _trust(self, mapped):
+        """Return (log-odds a second for what moves, share of a leap that may be a mix-up)."""
+        settings, rate = self.settings, self._motion.rate
+        if mapped:
+            return settings.mapped_rate, 0.0
+        # From a moving laser other sides of things are seen: that alone is no motion.
+        stands = np.hypot(rate[0], rate[1]) + abs(rate[2]) < 0.05
+        sure = stands and self._motion.certain
+        return settings.moved_rate * stands, settings.leap_share * (not sure)
 
     def _miss(self, missed, scan, view, elapsed):
         """Doubt `missed` (N,) tracks in places seen empty, and bury those unseen for too long."""
