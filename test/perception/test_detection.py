@@ -176,7 +176,8 @@ def test_nothing_is_found_in_an_empty_scan():
 def test_the_centre_of_a_body_half_hidden_lies_one_radius_from_the_limb_in_sight(cover, side):
     # Seen along x: 0.2 m of a disc 0.5 m wide, whose other part is hidden on one side.
     found = make_detections([[2.0, 0.0]], radius=0.1, hidden=cover, sight=(1.0, 0.0))
-    centre = found.centre_of(np.array([0]), np.array([0.25]), TrackerSettings())[0]
+    settings = TrackerSettings(hidden_width=0.3)
+    centre = found.centre_of(np.array([0]), np.array([0.25]), settings)[0]
     # The limb in sight is 0.1 m to the other side; the centre is 0.25 m from it.
     assert centre[1] == pytest.approx(side * 0.15)
     depth = np.sqrt(0.25 ** 2 - 0.15 ** 2 - 0.1 ** 2 / 3.0) - 0.1 * np.pi / 4.0

@@ -101,9 +101,9 @@ class TrackerSettings:
     """m; where the body is when one leg is seen: a quarter of a stride away."""
     hidden_noise: float = 0.1
     """m; where the centre is when something nearer covers it: a third of a body away."""
-    hidden_width: float = 0.3
-    """m; how far a body reaches behind what covers it, at most: about its radius."""
-    shrink_time: float = 15.0
+    hidden_width: float = 0.2
+    """m; how far a body reaches behind what covers it, at most: a narrow one's radius."""
+    shrink_time: float = 5.0
     """s; in which a track that is never seen whole comes down to the part that is seen."""
     birth_speed_noise: float = 1.0
     """m/s; standard deviation of a person's velocity before it is known."""
@@ -171,7 +171,7 @@ class TrackerSettings:
     """log-odds a second while it moves, seen from a laser that stands."""
     mapped_rate: float = 8.0
     """log-odds a second while it moves and the map has taken out what slides along walls."""
-    leap_share: float = 0.5
+    leap_share: float = 0.75
     """share of the longest leap on the trail that counts for a mix-up and not for a way."""
     still_rate: float = 2.5
     """log-odds a second against, while all of a thing is where something always was."""
