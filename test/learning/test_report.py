@@ -74,3 +74,24 @@ def test_the_card_of_a_baseline_says_that_it_is_for_comparison(tmp_path):
     assert 'CADRL: the least value of any pair' in text
     assert '- Worlds: curve_path; the robot of each;' in text
     assert 'It sees no walls: for comparison in the simulator, never for a robot.' in text
+
+
+@pytest.mark.parametrize(('settings', 'words'), [
+    ({}, 'people are foreseen to keep their velocity.'),
+    ({'motion': 'crowds'},
+     'people are foreseen by the motion model crowds, a contact costing 5 times its chance.'),
+])
+def test_the_card_says_what_people_are_expected_to_do(tmp_path, settings, words):
+    settings = {'seed': 3, 'imitation_episodes': 0, 'own_robot': 0.5,
+                'scenarios': {'cross_path': 1},
+                'radius': (0.15, 0.35), 'preferred_speed': (0.3, 1.0),
+                'evaluation_episodes': 40} | settings
+    metadata = {'name': 'some', 'network': {'kind': 'three_mlp', 'sizes': {'mlp1': [8]}},
+                'reward': 'R4', 'discount': 0.9, 'time_step': 0.25,
+                'decision': {'horizons': [2], 'caution': 0.0, 'aversion': 5.0},
+                'training': {'settings': settings, 'episodes': 100, 'seconds': 120.0,
+                             'commit': 'abc'}}
+
+    write_card(metadata, CELLS, tmp_path / 'some.md')
+
+    assert words in (tmp_path / 'some.md').read_text()

@@ -91,7 +91,7 @@ def write_card(metadata, cells, path):
         f'- Reward {metadata["reward"]}, discount {metadata["discount"]}, time step '
         f'{metadata["time_step"]} s.',
         f'- Decides by looking {metadata["decision"]["horizons"]} steps ahead, with a caution of '
-        f'{metadata["decision"]["caution"]} s.',
+        f'{metadata["decision"]["caution"]} s; people are foreseen {_foreseen(metadata)}.',
         '', 'Greedy success when it was kept, over '
         f'{settings["evaluation_episodes"]} episodes a cell that training never saw:', '',
         '| scenario | case | success | collision | wall | timeout | time s |',
@@ -117,3 +117,12 @@ def _smooth(values):
     width = np.minimum(np.arange(1, len(values) + 1), SMOOTHING)
     before = np.concatenate((np.zeros(SMOOTHING), sums))[:len(values)]
     return (sums - before) / width
+
+
+def _foreseen(metadata):
+    """Return in words what a policy expects people to do."""
+    motion = metadata['training']['settings'].get('motion')
+    if not motion:
+        return 'to keep their velocity'
+    return (f'by the motion model {motion}, a contact costing '
+            f'{metadata["decision"]["aversion"]:g} times its chance')
