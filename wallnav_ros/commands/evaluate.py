@@ -23,6 +23,7 @@ import json
 from pathlib import Path
 import sys
 
+from wallnav_ros.commands.arguments import natural, positive
 from wallnav_ros.evaluation.comparison import compare, comparison_markdown
 from wallnav_ros.evaluation.episodes import Campaign, load_policy, run_campaigns
 from wallnav_ros.evaluation.tables import markdown, summarise, write_episodes
@@ -41,10 +42,10 @@ def parse(arguments):
     parser.add_argument('--scenario', nargs='+', default=['curve_path', 'cross_path'],
                         help='scenario files or short names (default: both paths of the paper)')
     parser.add_argument('--case', default='all', help='a case of the scenarios, or all')
-    parser.add_argument('--episodes', type=_positive, default=100, help='per cell')
-    parser.add_argument('--seed', type=_natural, default=0,
+    parser.add_argument('--episodes', type=positive, default=100, help='per cell')
+    parser.add_argument('--seed', type=natural, default=0,
                         help='of the first episode of each cell')
-    parser.add_argument('--horizons', type=_positive, nargs='+', metavar='STEPS',
+    parser.add_argument('--horizons', type=positive, nargs='+', metavar='STEPS',
                         help="decision rule (default: the model's own; 1 is the paper's)")
     parser.add_argument('--caution', type=_seconds, metavar='S',
                         help="decision rule (default: the model's own; 0 is the paper's)")
@@ -53,10 +54,10 @@ def parse(arguments):
                              'the paper (default: as the model has learned)')
     parser.add_argument('--robot-visible', action='store_true',
                         help='people see the robot and give way (default: what a scenario says)')
-    parser.add_argument('--figures', type=_natural, default=6, metavar='N',
+    parser.add_argument('--figures', type=natural, default=6, metavar='N',
                         help='episodes of each cell to draw (default: 6)')
     parser.add_argument('--out', required=True, help='folder for the results')
-    parser.add_argument('--workers', type=_positive, default=1, help='processes')
+    parser.add_argument('--workers', type=positive, default=1, help='processes')
     parser.add_argument('--json', metavar='FILE', help='also write the summary here')
     return parser.parse_args(arguments)
 
@@ -141,18 +142,6 @@ def _cases(name, case):
         return list(scenario.cases)
     scenario.counts(case)
     return [case]
-
-
-def _natural(text):
-    if not text.isdecimal():
-        raise argparse.ArgumentTypeError(f'expected a whole number, 0 or more, got {text}')
-    return int(text)
-
-
-def _positive(text):
-    if not _natural(text):
-        raise argparse.ArgumentTypeError(f'expected a whole number above 0, got {text}')
-    return int(text)
 
 
 def _seconds(text):

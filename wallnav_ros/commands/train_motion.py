@@ -21,6 +21,7 @@ import argparse
 from pathlib import Path
 import sys
 
+from wallnav_ros.commands.arguments import natural, positive
 from wallnav_ros.learning.motion import train_motion
 from wallnav_ros.learning.trainer import TrainingDiverged
 from wallnav_ros.policy.motion_weights import save_motion
@@ -34,9 +35,9 @@ def parse(arguments):
                                      description=__doc__.strip().splitlines()[0])
     parser.add_argument('--scenario', nargs='+', default=['curve_path', 'cross_path', 'family'],
                         help='scenario files or short names whose crowds are watched')
-    parser.add_argument('--crowds', type=_positive, default=6000, help='that are watched')
-    parser.add_argument('--epochs', type=_positive, default=12)
-    parser.add_argument('--seed', type=_natural, default=0)
+    parser.add_argument('--crowds', type=positive, default=6000, help='that are watched')
+    parser.add_argument('--epochs', type=positive, default=12)
+    parser.add_argument('--seed', type=natural, default=0)
     parser.add_argument('--out', required=True, metavar='FILE', help='weights (.npz)')
     return parser.parse_args(arguments)
 
@@ -77,18 +78,6 @@ Where people go in the next 1.5 s; described in docs/models.md.
 - Real people were never in its data: ORCA crowds avoid each other, keep their speed and turn round
   at their goals.
 """
-
-
-def _natural(text):
-    if not text.isdecimal():
-        raise argparse.ArgumentTypeError(f'expected a whole number, 0 or more, got {text}')
-    return int(text)
-
-
-def _positive(text):
-    if not _natural(text):
-        raise argparse.ArgumentTypeError(f'expected a whole number above 0, got {text}')
-    return int(text)
 
 
 if __name__ == '__main__':
