@@ -26,7 +26,7 @@ from wallnav_ros.policy.lookahead import GOAL_TOLERANCE
 from wallnav_ros.policy.motion import PAST
 from wallnav_ros.policy.rewards import someone_passing, StepFacts, warning_radius
 from wallnav_ros.simulation.crowd import Crowd
-from wallnav_ros.simulation.detours import around, Detours
+from wallnav_ros.simulation.detours import Detours
 from wallnav_ros.world.geometry import closest_approach, drive_unicycle, lengths
 from wallnav_ros.world.state import Agents, Robot
 
@@ -62,7 +62,7 @@ class EpisodeBatch:
         self._trail = deque([self._agents], maxlen=TRAIL)
         self._routes = [episode.scenario.route(float(episode.robot.radius))
                         for episode in episodes]
-        self._detours = Detours()
+        self._detours = Detours(count)
         self._time_limit = np.array([episode.scenario.time_limit for episode in episodes])
         self.outcome = np.full(count, RUNNING)
         self.time = np.zeros(count)
@@ -146,13 +146,13 @@ class EpisodeBatch:
         return StepFacts(**{**vars(facts), 'ended': self.outcome != RUNNING})
 
     def _go_round(self):
-        """Plan another way for robots that people who stand keep from getting anywhere."""
-        running = np.flatnonzero(self.outcome == RUNNING)
-        for row in self._detours.seek(self._robot.position, running):
+        """Plan other ways for robots that have people standing about them."""
+        for row in np.flatnonzero(self._detours.due() & (self.outcome == RUNNING)):
             own = np.array([row])
-            route = around(self.episodes[row].scenario.field,
-                           Robot(*(part[0] for part in vars(self.robot(own)).values())),
-                           Agents(*(part[0] for part in vars(self.agents(own)).values())))
+            route = self._detours.seek(
+                row, self.episodes[row].scenario.field,
+                Robot(*(part[0] for part in vars(self.robot(own)).values())),
+                Agents(*(part[0] for part in vars(self.agents(own)).values())))
             self._routes[row] = route or self._routes[row]
 
     def _walk(self, running, robot):

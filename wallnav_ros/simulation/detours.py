@@ -12,63 +12,57 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Ways around people who stand in the way, for robots that have stopped getting anywhere.
+Ways around people who stand, for simulated robots: the map does not know who stands where.
 
-What `navigation.guidance` does on the robot: the map does not know who stands where.
+What `navigation.guidance` does on the robot where it is stuck.
 """
-
-from collections import deque
 
 import numpy as np
 
 from wallnav_ros.mapping.route import plan_route, RouteError
 from wallnav_ros.world.geometry import lengths
 
-PATIENCE = 8           # steps
-PROGRESS = 0.3         # m driven in that time, below which a robot has stopped getting anywhere
+PATIENCE = 4           # steps after which who has not moved is taken to stand, and is looked for
 STILL = 0.05           # m that who stands has moved at most in that time
-NEAR = 6.0             # m, within which people are stood around
+NEAR = 8.0             # m, within which people are stood around
 ROOM = 0.05            # m to spare on each side of the robot
 
 
 class Detours:
-    """Watches robots (B,) and plans another Route for those that are stuck."""
+    """Remembers for robots (B,) whom their ways go round, and plans others when that changes."""
 
-    def __init__(self):
-        self._places = deque(maxlen=PATIENCE + 1)
+    def __init__(self, count):
+        self._standing = [frozenset()] * count
+        self._steps = np.zeros(count, dtype=int)
 
     def restart(self, row):
-        """Forget where the robot of `row` has been."""
-        for place in self._places:
-            place[row] = np.nan
+        """Forget whom the robot of `row` has gone round."""
+        self._standing[row], self._steps[row] = frozenset(), 0
 
-    def seek(self, position, rows):
-        """Note robots at `position` (B, 2); return which of `rows` (R,) are stuck."""
-        self._places.append(position.copy())
-        moved = lengths(position - self._places[0])[rows]
-        # Far from NaN: who has just started is not stuck yet.
-        stuck = rows[moved < PROGRESS] if len(self._places) > PATIENCE else rows[:0]
-        for row in stuck:
-            self.restart(row)
-        return stuck
+    def due(self):
+        """Count a step; return (B,) for which robots it is time to look who stands."""
+        self._steps += 1
+        return self._steps % PATIENCE == 0
 
+    def seek(self, row, walls, robot, agents):
+        """
+        Return the Route of the robot of `row` around those who stand, None if it has it already.
 
-def around(walls, robot, agents):
-    """
-    Return the Route of a `robot` (no leading axis) around the `agents` (N,) that stand, or None.
-
-    `walls` is the DistanceField that says nothing of them.
-    """
-    trail = agents.trail[:, :PATIENCE]
-    moved = np.nan_to_num(lengths(trail - agents.position[:, None]), nan=np.inf).max(
-        axis=1, initial=0.0)
-    beside = lengths(agents.position - robot.position) < NEAR
-    stands = agents.present & beside & (moved < STILL)
-    if not stands.any():
-        return None
-    field = walls.with_discs(agents.position[stands], agents.radius[stands])
-    try:
-        route = plan_route(field, robot.goal, float(robot.radius) + ROOM)
-    except RouteError:
-        return None
-    return route if np.isfinite(route.to_go(robot.position)) else None
+        `walls` is the DistanceField that says nothing of the `agents` (N,); `robot` has no
+        leading axis.
+        """
+        trail = agents.trail[:, :PATIENCE]
+        moved = np.nan_to_num(lengths(trail - agents.position[:, None]), nan=np.inf).max(
+            axis=1, initial=0.0)
+        beside = lengths(agents.position - robot.position) < NEAR
+        stands = agents.present & beside & (moved < STILL)
+        standing = frozenset(np.flatnonzero(stands).tolist())
+        if standing <= self._standing[row]:
+            return None
+        self._standing[row] = standing
+        field = walls.with_discs(agents.position[stands], agents.radius[stands])
+        try:
+            route = plan_route(field, robot.goal, float(robot.radius) + ROOM)
+        except RouteError:
+            return None
+        return route if np.isfinite(route.to_go(robot.position)) else None
