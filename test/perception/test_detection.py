@@ -13,6 +13,7 @@
 # limitations under the License.
 """From one scan to things: where beams end, what earlier views say, and what is compact."""
 
+import discs as discs_seen
 import numpy as np
 import pytest
 from track_tables import make_detections
@@ -21,7 +22,7 @@ from wallnav_ros.perception.detection import detect, judge_points, place_beams
 from wallnav_ros.perception.scan import Scan
 from wallnav_ros.perception.settings import TrackerSettings
 from wallnav_ros.perception.visibility import make_view
-from wallnav_ros.world.geometry import to_child, to_parent
+from wallnav_ros.world.geometry import to_parent
 
 SETTINGS = TrackerSettings()
 BEAMS = 720
@@ -37,12 +38,7 @@ def look(discs=(), wall=None, pose=ORIGIN, stamp=0.0):
     if wall is not None:
         facing = np.cos(ANGLES + pose[2])
         ranges = np.where(facing > 0.5, (wall - pose[0]) / np.maximum(facing, 0.5), np.inf)
-    for x, y, radius in discs:
-        centre = to_child(pose, np.array([x, y]))
-        along = np.cos(ANGLES) * centre[0] + np.sin(ANGLES) * centre[1]
-        depth = radius ** 2 - (centre @ centre - along ** 2)
-        hit = (along > 0.0) & (depth > 0.0)
-        ranges = np.where(hit, np.minimum(ranges, along - np.sqrt(np.maximum(depth, 0))), ranges)
+    ranges = discs_seen.before(ranges, ANGLES, pose, discs)
     return Scan(stamp, ranges, -np.pi, STEP, 0.1, 12.0)
 
 

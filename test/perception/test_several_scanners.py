@@ -13,12 +13,13 @@
 # limitations under the License.
 """Several scanners in one tracker: each thing once, whoever sees it."""
 
+import discs as discs_seen
 import numpy as np
 import pytest
 
 from wallnav_ros.perception.scan import Scan
 from wallnav_ros.perception.tracking import Tracker
-from wallnav_ros.world.geometry import compose, distances, to_child
+from wallnav_ros.world.geometry import compose, distances
 from wallnav_ros.world.tracks import HUMAN
 from wallnav_ros.world.walls import Walls
 
@@ -33,12 +34,7 @@ PERIOD = 0.1
 def look(discs, pose, stamp, rng):
     """Return a scan over 270 degrees from `pose` of the room and discs (x, y, radius)."""
     ranges = ROOM.raycast(pose[:2], ANGLES + pose[2], 12.0)
-    for x, y, radius in discs:
-        centre = to_child(pose, np.array([x, y]))
-        along = np.cos(ANGLES) * centre[0] + np.sin(ANGLES) * centre[1]
-        depth = radius ** 2 - (centre @ centre - along ** 2)
-        hit = (along > 0.0) & (depth > 0.0)
-        ranges = np.where(hit, np.minimum(ranges, along - np.sqrt(np.maximum(depth, 0))), ranges)
+    ranges = discs_seen.before(ranges, ANGLES, pose, discs)
     return Scan(stamp, ranges + rng.normal(0.0, 0.01, BEAMS), FIRST, STEP, 0.1, 11.0)
 
 

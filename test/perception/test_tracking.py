@@ -13,6 +13,7 @@
 # limitations under the License.
 """The tracker as its users see it: who is followed, named, forgotten and never invented."""
 
+import discs as discs_seen
 from hypothesis import given, settings, strategies as st
 import numpy as np
 import pytest
@@ -34,12 +35,7 @@ def look(discs, pose=(0.0, 0.0, 0.0), walls=ROOM, rng=None):
     """Return the ranges from `pose`; discs: rows of x, y, radius."""
     pose = np.asarray(pose, dtype=float)
     ranges = walls.raycast(pose[:2], ANGLES + pose[2], 12.0)
-    for x, y, radius in discs:
-        centre = to_child(pose, np.array([x, y]))
-        along = np.cos(ANGLES) * centre[0] + np.sin(ANGLES) * centre[1]
-        depth = radius ** 2 - (centre @ centre - along ** 2)
-        hit = (along > 0.0) & (depth > 0.0)
-        ranges = np.where(hit, np.minimum(ranges, along - np.sqrt(np.maximum(depth, 0))), ranges)
+    ranges = discs_seen.before(ranges, ANGLES, pose, discs)
     if rng is not None:
         ranges = ranges + rng.normal(0.0, 0.01, BEAMS)
     return ranges
