@@ -28,7 +28,8 @@ from wallnav_ros.simulation.batch import EpisodeBatch
 from wallnav_ros.simulation.episodes import draw_episode
 from wallnav_ros.simulation.orca import OrcaPolicy
 from wallnav_ros.simulation.rollout import run_episodes
-from wallnav_ros.simulation.scenarios import load_scenario, ScenarioError
+from wallnav_ros.simulation.scenario import ScenarioError
+from wallnav_ros.simulation.scenarios import load_scenario
 
 gymnasium = pytest.importorskip('gymnasium')
 environment = pytest.importorskip('wallnav_ros.simulation.environment')

@@ -28,7 +28,8 @@ import pytest
 from wallnav_ros.simulation.episodes import (
     CLEARANCE, draw_episode, Episode, GOAL_CLEARANCE)
 from wallnav_ros.simulation.free_space import Passage
-from wallnav_ros.simulation.scenarios import load_scenario, ScenarioError
+from wallnav_ros.simulation.scenario import ScenarioError
+from wallnav_ros.simulation.scenarios import load_scenario
 
 CELLS = [(name, case) for name in ('curve_path', 'cross_path')
          for case in ('none', 'static', 'dynamic', 'mixed')]

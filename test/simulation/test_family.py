@@ -23,7 +23,8 @@ from refusals import refusal_of
 
 from wallnav_ros.simulation.episodes import draw_episode
 from wallnav_ros.simulation.family import draw_world, KINDS, MOST_AGENTS
-from wallnav_ros.simulation.scenarios import load_scenario, ScenarioError
+from wallnav_ros.simulation.scenario import ScenarioError
+from wallnav_ros.simulation.scenarios import load_scenario
 
 pytestmark = pytest.mark.extras
 

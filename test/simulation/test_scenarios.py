@@ -24,7 +24,8 @@ import pytest
 from refusals import refusal_of
 from wallnav_ros.mapping.map_writer import write_map
 from wallnav_ros.simulation.episodes import draw_episode
-from wallnav_ros.simulation.scenarios import load_scenario, ScenarioError
+from wallnav_ros.simulation.scenario import ScenarioError
+from wallnav_ros.simulation.scenarios import load_scenario
 import yaml
 
 CASES = ('none', 'static', 'dynamic', 'mixed')

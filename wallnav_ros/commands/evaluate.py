@@ -29,7 +29,8 @@ from wallnav_ros.evaluation.episodes import Campaign, load_policy, run_campaigns
 from wallnav_ros.evaluation.tables import markdown, summarise, write_episodes
 from wallnav_ros.evaluation.trajectory_figures import draw_cell
 from wallnav_ros.policy.value_function import WeightsError
-from wallnav_ros.simulation.scenarios import load_scenario, ScenarioError
+from wallnav_ros.simulation.scenario import ScenarioError
+from wallnav_ros.simulation.scenarios import load_scenario
 from wallnav_ros.world.files import atomic_write
 
 

@@ -23,7 +23,8 @@ from pathlib import Path
 import sys
 
 from wallnav_ros.mapping.map_writer import write_map
-from wallnav_ros.simulation.scenarios import load_scenario, ScenarioError
+from wallnav_ros.simulation.scenario import ScenarioError
+from wallnav_ros.simulation.scenarios import load_scenario
 
 
 class NoPolygonsError(ValueError):

@@ -48,7 +48,7 @@ def main(arguments=None):
         from wallnav_ros.learning.device import DeviceError, prepare_device
         from wallnav_ros.learning.settings import load_settings, SettingsError
         from wallnav_ros.learning.trainer import Trainer, TrainingDiverged
-        from wallnav_ros.simulation.scenarios import ScenarioError
+        from wallnav_ros.simulation.scenario import ScenarioError
     except ModuleNotFoundError as error:
         print(f'train: {error.name} is not installed: pip install {error.name}', file=sys.stderr)
         return 2

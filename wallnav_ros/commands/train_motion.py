@@ -25,7 +25,7 @@ from wallnav_ros.commands.arguments import natural, positive
 from wallnav_ros.learning.motion import train_motion
 from wallnav_ros.learning.trainer import TrainingDiverged
 from wallnav_ros.policy.motion_weights import save_motion
-from wallnav_ros.simulation.scenarios import ScenarioError
+from wallnav_ros.simulation.scenario import ScenarioError
 from wallnav_ros.world.files import atomic_write
 
 

@@ -28,7 +28,8 @@ from wallnav_ros.learning.trainer import TrainingDiverged
 from wallnav_ros.policy import motion
 from wallnav_ros.simulation.crowd import Crowd
 from wallnav_ros.simulation.episodes import draw_episode
-from wallnav_ros.simulation.scenarios import load_scenario, ScenarioError
+from wallnav_ros.simulation.scenario import ScenarioError
+from wallnav_ros.simulation.scenarios import load_scenario
 from wallnav_ros.world.geometry import rotate
 from wallnav_ros.world.state import Agents
 

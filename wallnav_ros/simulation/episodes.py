@@ -23,7 +23,7 @@ from zlib import crc32
 import numpy as np
 
 from wallnav_ros.simulation.free_space import CELL, Passage
-from wallnav_ros.simulation.scenarios import Scenario, ScenarioError
+from wallnav_ros.simulation.scenario import Scenario, ScenarioError
 from wallnav_ros.world.state import Robot
 
 CLEARANCE = 0.05       # m, kept free between a new agent and walls or other agents

@@ -12,130 +12,32 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Scenario files: a world, a robot's task and the cases that people it.
+Read scenario files, naming file, field and fix of whatever is wrong in them.
 
 Paper section 1 (world); the file format is in docs/scenarios.md.
 """
 
-from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
-from pathlib import Path
+from functools import lru_cache
 import reprlib
 
 import numpy as np
 from wallnav_ros.mapping.distance_field import distance_field
 from wallnav_ros.mapping.occupancy_map import load_map, MapError
-from wallnav_ros.mapping.route import plan_route, RouteError
 from wallnav_ros.mapping.wall_extraction import extract_walls
 from wallnav_ros.simulation.family import Family, KINDS
 from wallnav_ros.simulation.free_space import CELL, free_points, within_polygon
 from wallnav_ros.simulation.furniture import chair_legs
-from wallnav_ros.world.distance_field import DistanceField
+from wallnav_ros.simulation.scenario import Scenario, ScenarioError
 from wallnav_ros.world.files import find_asset
-from wallnav_ros.world.geometry import nearest_on_segments
 from wallnav_ros.world.walls import Walls
 import yaml
 
-ROUTE_RADII = 0.05  # m, between the robot radii that routes are planned for
 PATTERNS = ('walk_to_goal', 'walk_back_and_forth', 'either')
 GOALS = ('visible', 'anywhere')
 FARTHEST = 200.0   # m that a start or goal may lie from the walls, or a goal from the start
 ROBOT_DEFAULTS = {'radius': 0.2, 'preferred_speed': 0.8, 'visible': False, 'berth': 0.0}
 AGENT_DEFAULTS = {'radius': [0.1, 0.5], 'speed': [0.3, 1.5], 'pattern': 'walk_back_and_forth',
                   'spawn': 'free', 'goal': 'visible'}
-
-
-class ScenarioError(ValueError):
-    """A scenario file that cannot be used; one line naming file, field and fix."""
-
-
-@dataclass(frozen=True, eq=False)
-class Scenario:
-    """
-    A validated scenario file.
-
-    name: short name; path: the file it came from.
-    polygons: tuple of (K, 2) closed walls in metres, empty when the walls come from a map; the
-    first `mapped` of them are on the robot's map, the rest is furniture.
-    map_path: path of the map's YAML, or None.
-    walls, field: the walls as segments and as distances, in the `map` frame.
-    start: (3,) robot pose; goal: (2,); radius, preferred_speed: robot; visible: to the crowd,
-    which then leaves `berth` m around it.
-    time_limit: seconds.
-    cases: {case: {'static': n, 'dynamic': n}}.
-    agents: the `agents` section with defaults filled in.
-    free: (P, 2) points the robot could reach; spawn: the free points of each spawn polygon.
-    """
-
-    name: str
-    path: Path
-    polygons: tuple
-    mapped: int
-    map_path: Path
-    walls: Walls
-    field: DistanceField
-    start: np.ndarray
-    goal: np.ndarray
-    radius: float
-    preferred_speed: float
-    visible: bool
-    berth: float
-    time_limit: float
-    cases: dict
-    agents: dict
-    free: np.ndarray
-    spawn: tuple
-
-    def at(self, seed):
-        """Return the Scenario of episode `seed`: itself, where a Family draws one."""
-        return self
-
-    def seen(self, visible):
-        """Return this Scenario with a robot that is `visible` to the crowd, or is not."""
-        return _seen(self, visible)
-
-    def counts(self, case):
-        """Return how many agents stand and walk in `case`; ScenarioError lists the cases."""
-        if case not in self.cases:
-            raise ScenarioError(f'{self.path}: cases: no case {case!r}, '
-                                f'choose one of {", ".join(self.cases)}')
-        return self.cases[case].get('static', 0), self.cases[case].get('dynamic', 0)
-
-    def wall_distances(self, points):
-        """
-        Return how far (P,) the nearest and (P,) the farthest wall is from `points` (P, 2), in m.
-
-        The farthest is algorithm 2's d_max: each polygon counts by its nearest point. Walls from
-        a map are one whole, so there it exceeds its limit only where the robot has left the map.
-        """
-        gap = nearest_on_segments(points, self.walls.segments) - points[:, None]
-        distance = np.sqrt(np.einsum('...i,...i->...', gap, gap))
-        nearest = distance.min(axis=1)
-        if not self.polygons:
-            return nearest, nearest
-        return nearest, np.minimum.reduceat(distance, self._polygon_starts, axis=1).max(axis=1)
-
-    def route(self, radius):
-        """Return the Route to the goal for a robot of `radius` m, or None: it fits nowhere."""
-        return _route(self, ROUTE_RADII * float(np.ceil(np.round(radius / ROUTE_RADII, 6))))
-
-    @cached_property
-    def _polygon_starts(self):
-        sizes = [len(polygon) for polygon in self.polygons]
-        return np.cumsum([0, *sizes[:-1]])
-
-
-@lru_cache(maxsize=64)
-def _seen(scenario, visible):
-    return replace(scenario, visible=visible)
-
-
-@lru_cache(maxsize=64)
-def _route(scenario, radius):
-    try:
-        return plan_route(scenario.field, scenario.goal, radius)
-    except RouteError:
-        return None
 
 
 @lru_cache(maxsize=32)
