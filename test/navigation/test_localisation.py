@@ -121,3 +121,42 @@ def test_a_late_message_from_before_the_clock_was_set_back_does_not_hold_up_loca
     place.add_odometry(100.0, np.zeros(3), np.zeros(2))
     place.add_fix(100.0, np.array([1.0, 2.0, 0.0]))
     np.testing.assert_allclose(place.newest(), [1.0, 2.0, 0.0])
+
+
+def test_doubt_of_a_heading_grows_with_the_way_from_the_fix():
+    place = Localisation()
+    drive_along_x(place, 1.0)
+    # A tenth of a radian of doubt, 3 m from where it was told: 0.3 m across, and 0.06 m of drift.
+    place.add_fix(1.0, np.array([5.0, 0.0, 0.0]), np.diag([0.01, 0.04, 0.01]))
+    found = place.covariance_at(np.array([4.0, 0.0]))
+    expected = np.diag([0.01, 0.04 + 0.09, 0.01]) + 0.06 ** 2 * np.eye(3)
+    expected[1, 2] = expected[2, 1] = 3.0 * 0.01
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+
+
+def test_doubt_is_told_along_the_axes_of_the_odometry():
+    place = Localisation()
+    drive_along_x(place, 1.0)
+    # The map's y axis is the odometry's x axis.
+    place.add_fix(1.0, np.array([0.0, 0.0, QUARTER]), np.diag([0.01, 0.04, 0.0]))
+    found = place.covariance_at(np.array([1.0, 0.0]))
+    np.testing.assert_allclose(found, np.diag([0.04, 0.01, 0.0]), atol=1e-12)
+
+
+def test_doubt_is_unknown_where_no_fix_tells_it():
+    place = Localisation()
+    drive_along_x(place, 1.0)
+    assert place.covariance_at(np.zeros(2)) is None
+    place.add_fix(1.0, np.zeros(3))
+    assert place.covariance_at(np.zeros(2)) is None
+
+
+def test_a_transform_keeps_the_doubt_of_the_last_fix():
+    place = Localisation()
+    drive_along_x(place, 1.0)
+    place.add_fix(1.0, np.zeros(3), np.diag([0.01, 0.01, 0.0]))
+    place.set_correction(1.1, np.zeros(3))
+    np.testing.assert_allclose(place.covariance_at(np.array([1.0, 0.0])),
+                               np.diag([0.01, 0.01, 0.0]), atol=1e-12)
+    place.forget()
+    assert place.covariance_at(np.zeros(2)) is None

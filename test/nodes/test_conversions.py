@@ -15,7 +15,7 @@
 
 import math
 
-from geometry_msgs.msg import Pose
+from geometry_msgs.msg import Pose, PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
 import numpy as np
 import pytest
@@ -77,6 +77,38 @@ def test_odometry_that_is_not_finite_is_refused(field):
     setattr(target, 'z' if field == 'angular' else 'x', math.inf)
     with pytest.raises(convert.MessageError, match='not finite'):
         convert.odometry_from_message(message)
+
+
+def fix_with(**entries):
+    """Return a message with entries of its covariance set, by name: xx, xy, yaw."""
+    message = PoseWithCovarianceStamped()
+    message.pose.pose = convert.pose_message(np.array([1.0, 2.0, 0.5]))
+    places = {'xx': (0,), 'xy': (1, 6), 'yy': (7,), 'zz': (14,), 'x_yaw': (5, 30), 'yaw': (35,)}
+    for name, value in entries.items():
+        for place in places[name]:
+            message.pose.covariance[place] = value
+    return message
+
+
+def test_a_fix_brings_what_is_in_doubt_of_a_planar_pose():
+    message = fix_with(xx=0.04, xy=0.01, yy=0.09, zz=7.0, x_yaw=0.002, yaw=0.0025)
+    stamp, pose, covariance = convert.fix_from_message(message)
+    assert stamp == 0.0
+    np.testing.assert_allclose(pose, [1.0, 2.0, 0.5])
+    np.testing.assert_allclose(
+        covariance, [[0.04, 0.01, 0.002], [0.01, 0.09, 0.0], [0.002, 0.0, 0.0025]])
+
+
+def test_a_fix_without_any_covariance_tells_nothing_of_doubt():
+    assert convert.fix_from_message(fix_with())[2] is None
+
+
+@pytest.mark.parametrize('entries', [
+    {'yaw': math.nan}, {'xx': math.inf}, {'yy': -0.1}, {'xx': 0.01, 'yy': 0.01, 'xy': 0.5},
+    {'yaw': 1e9}])
+def test_a_fix_whose_covariance_is_none_is_refused(entries):
+    with pytest.raises(convert.MessageError, match='covariance'):
+        convert.fix_from_message(fix_with(**entries))
 
 
 def test_a_scan_keeps_its_geometry_and_its_ranges():

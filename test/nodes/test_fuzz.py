@@ -151,6 +151,8 @@ class World:
     def fix(self):
         message = self.header(PoseWithCovarianceStamped(), 'map')
         message.pose.pose = self.placed(self.pose + self.rng.normal(0.0, 0.05, 3))
+        for place in (0, 1, 6, 7, 35):
+            message.pose.covariance[place] = self.number(self.rng.uniform(0.0, 0.1), 0.03)
         return message
 
     def path(self):

@@ -20,6 +20,8 @@ import sys
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from map_files import write_map_files
 from nav_msgs.msg import Odometry
 import numpy as np
 import pytest
@@ -29,6 +31,7 @@ from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import LaserScan, PointCloud2
 from visualization_msgs.msg import MarkerArray
 from wallnav_ros.nodes.conversions import time_message, tracks_from_message
+from wallnav_ros.nodes.topics import LATCHED
 
 BEAMS = 720
 PERIOD = 0.1
@@ -45,6 +48,7 @@ class World:
         self.executor.add_node(self.node)
         self.scans = self.node.create_publisher(LaserScan, 'scan', qos_profile_sensor_data)
         self.odometry = self.node.create_publisher(Odometry, 'odom', qos_profile_sensor_data)
+        self.fixes = self.node.create_publisher(PoseWithCovarianceStamped, 'amcl_pose', LATCHED)
         self.tracks, self.markers, self.diagnostics = [], [], []
         self.node.create_subscription(PointCloud2, 'tracks', self.tracks.append, 10)
         self.node.create_subscription(MarkerArray, 'markers', self.markers.append, 10)
@@ -78,6 +82,15 @@ class World:
         scan.header.stamp, scan.header.frame_id = time_message(self.time), 'laser'
         scan.ranges = np.asarray(ranges, dtype=np.float32).tolist()
         self.scans.publish(scan)
+
+    def localise(self, spread):
+        """Tell that the odometry's frame is the map's, with `spread` m of doubt in x and y."""
+        fix = PoseWithCovarianceStamped()
+        fix.header.stamp, fix.header.frame_id = time_message(self.time), 'map'
+        fix.pose.pose.position.x = 5.0
+        fix.pose.pose.orientation.w = 1.0
+        fix.pose.covariance[0] = fix.pose.covariance[7] = spread ** 2
+        self.fixes.publish(fix)
 
     def track(self, ranges):
         """Send a scan and return the Tracks that answer it."""
@@ -188,6 +201,22 @@ def test_ends_cleanly_when_asked(start_node, world, number):
     world.connect()
     process.send_signal(number)
     assert process.wait(timeout=10.0) == 0
+
+
+@pytest.mark.parametrize('spread, found', [(0.02, 1), (0.1, 0)])
+def test_doubt_of_the_pose_decides_what_is_a_mapped_wall(start_node, world, tmp_path, spread, found):
+    # A wall from (7, -1) to (7.5, 1) in the map; a pole whose near side is 0.19 m before it.
+    # Margins: 2 * sqrt(0.03^2 + 0.04^2 + 0.02^2) = 0.11 m and, with 0.1 m, 0.22 m.
+    start_node('--ros-args', '-p', 'map:=' + str(write_map_files(
+        tmp_path, [[0]] * 4, resolution='0.5', origin='[7.0, -1.0, 0.0]')))
+    world.connect()
+    world.localise(spread)
+    world.wait(lambda: any(item.key == 'walls' and item.value == 'subtracted'
+                           for message in world.diagnostics
+                           for status in message.status for item in status.values))
+    for _ in range(8):
+        tracks = world.track(disc_ranges(np.array([1.85, 0.0]), 0.04))
+    assert len(tracks) == found
 
 
 def test_refuses_a_map_that_does_not_exist(start_node):

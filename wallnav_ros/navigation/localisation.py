@@ -17,14 +17,16 @@ Where the robot is: odometry, corrected by a localisation's last word.
 REP-105: `odom` is continuous and drifts, `map` jumps; what AMCL corrects is odom in map.
 """
 
+from dataclasses import replace
 import math
 
 import numpy as np
 
 from wallnav_ros.perception.odometry_buffer import PoseBuffer
-from wallnav_ros.world.geometry import compose, invert
+from wallnav_ros.world.geometry import compose, invert, rotate
 
 MAP = 'map'
+ODOMETRY_DRIFT = 0.02      # m per m and rad per m from where the map last spoke; common wheels
 
 
 class Localisation:
@@ -48,7 +50,7 @@ class Localisation:
         """Forget everything but a fixed odometry frame, as after a jump of the clock."""
         self.velocity = np.zeros(2)
         self.travelled, self.last_jump, self._jumped = 0.0, 0.0, 0.0
-        self.fix_stamp = None
+        self.fix_stamp = self._doubt = None
         self._poses = PoseBuffer()
         self._first = self._last = None
         self._waiting = None
@@ -78,9 +80,13 @@ class Localisation:
         self._settle()
         return True
 
-    def add_fix(self, stamp, pose):
-        """Take the robot's pose (3,) in the map at `stamp`; used once odometry reaches it."""
-        self._waiting = stamp, pose
+    def add_fix(self, stamp, pose, covariance=None):
+        """
+        Take the robot's pose (3,) in the map at `stamp`; used once odometry reaches it.
+
+        covariance: (3, 3) of x, y (m) and yaw (rad) in the map, None where nobody tells.
+        """
+        self._waiting = stamp, pose, covariance
         self._settle()
 
     def set_correction(self, stamp, map_from_odom):
@@ -119,6 +125,29 @@ class Localisation:
             return self.newest()
         return None
 
+    def walls_in_odom(self, walls):
+        """Return a DistanceField of the map in the odometry's frame, None unless localised."""
+        if walls is None or self.map_from_odom is None:
+            return None
+        return replace(walls, pose=compose(invert(self.map_from_odom), walls.pose))
+
+    def covariance_at(self, place):
+        """
+        Return how well the map knows what is at `place` (2,) of the odometry's frame.
+
+        (3, 3) of x, y (m) and yaw (rad), along the axes of that frame; None where no fix told.
+        A fix that is d metres away has its heading's error times d in it, and odometry's drift.
+        """
+        if self._doubt is None or self.map_from_odom is None:
+            return None
+        fixed, covariance = self._doubt
+        way = rotate(place - fixed, self.map_from_odom[2])
+        carry = np.array([[1.0, 0.0, -way[1]], [0.0, 1.0, way[0]], [0.0, 0.0, 1.0]])
+        turn = np.eye(3)
+        turn[:2, :2] = rotate(np.eye(2), -self.map_from_odom[2]).T
+        drift = ODOMETRY_DRIFT * math.hypot(*way)
+        return turn @ carry @ covariance @ carry.T @ turn.T + drift ** 2 * np.eye(3)
+
     def in_odom(self, pose):
         """Return a pose (3,), given in the state frame, in the odometry's."""
         return compose(invert(self.odom_in_state), pose)
@@ -127,9 +156,11 @@ class Localisation:
         """Use the waiting fix if odometry can tell where the robot was then."""
         if self._waiting is None or self._last is None:
             return
-        stamp, pose = self._waiting
+        stamp, pose, covariance = self._waiting
         # AMCL speaks when the robot moves: a fix from before our first odometry still holds.
         odom = self._poses.at(max(stamp, self._first))
         if odom is not None:
             self._waiting = None
             self.set_correction(stamp, compose(pose, invert(odom)))
+            # TF says where the robot is as well, but not how well that is known: this stays.
+            self._doubt = None if covariance is None else (odom[:2], covariance)

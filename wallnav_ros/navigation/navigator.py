@@ -28,7 +28,7 @@ from wallnav_ros.navigation.localisation import Localisation
 from wallnav_ros.navigation.plans import NavigatorSettings, Status
 from wallnav_ros.navigation.scene import Scene, worth_predicting
 from wallnav_ros.navigation.watchdogs import ClockWatch, Feed, LoopWatch, Stop
-from wallnav_ros.world.geometry import compose, drive_unicycle, invert
+from wallnav_ros.world.geometry import compose, drive_unicycle
 from wallnav_ros.world.state import Robot
 
 FIX_DISTANCE = 0.5             # m driven without a fix before its age counts
@@ -160,8 +160,8 @@ class Navigator:
         if not self.settings.tracks_given:
             end = place.odom_pose(scan.stamp + scan.sweep_time)
             self.scene.tracks = self._tracker.update(
-                scan, laser, walls=self._walls_in_odom(),
-                end_pose=laser if end is None else compose(end, self.laser_pose))
+                scan, laser, walls=place.walls_in_odom(self.walls),
+                covariance=place.covariance_at(laser[:2]), end_pose=laser if end is None else compose(end, self.laser_pose))
             self._decide_when_due(scan.stamp, now)
         return True
 
@@ -255,12 +255,6 @@ class Navigator:
         place = self.localisation
         gap = self.guide.goal_in_state(place) - place.newest()[:2]
         return np.hypot(*gap) < self.settings.goal_tolerance
-
-    def _walls_in_odom(self):
-        place = self.localisation
-        if self.walls is None or place.map_from_odom is None:
-            return None
-        return replace(self.walls, pose=compose(invert(place.map_from_odom), self.walls.pose))
 
     def _decide_when_due(self, stamp, now):
         step = self._driver.time_step

@@ -33,7 +33,7 @@ REACH = 8.0            # m around the robot; the policy feels walls up to 5 m fr
 LEAST_BEAMS = 3        # on an agent, or its outline is not believed
 LARGEST_RADIUS = 0.6   # m; the largest the policy was trained on, and a margin
 TRACK_MARGIN = 0.25    # m beyond a track's radius that still belong to it
-WALL_MARGIN = 0.15     # m; as the tracker's own rule for what a mapped wall explains
+WALL_MARGIN = 0.15     # m; what lies nearer to a mapped wall is part of it
 
 
 def scan_points(scan, laser_pose):

@@ -41,6 +41,7 @@ TRACK_FIELDS = (
     ('id', '<u4', PointField.UINT32), ('label', 'u1', PointField.UINT8))
 TRACK_TYPE = np.dtype([(name, kind) for name, kind, _ in TRACK_FIELDS])
 MOST_TRACKS = 10_000       # more in one message is no crowd but a fault
+PLANAR = (0, 1, 5)         # x, y and yaw among the six coordinates of a pose's covariance
 FARTHEST = 1e6             # m; what lies farther off is no place of a robot
 FASTEST = 100.0            # m/s and rad/s; what is faster is no robot
 
@@ -106,6 +107,24 @@ def odometry_from_message(message):
     if np.abs(velocity).max() > FASTEST:
         raise MessageError(f'twist: faster than {FASTEST:g} m/s or rad/s')
     return seconds(message.header.stamp), pose_from_message(message.pose.pose), velocity
+
+
+def fix_from_message(message):
+    """
+    Return stamp (s), pose (3,) and its covariance (3, 3) of a PoseWithCovarianceStamped.
+
+    The covariance is None where all of it is zero: that is how senders say that they do not
+    know. Raises MessageError where something is not finite, absurd or no covariance.
+    """
+    pose = pose_from_message(message.pose.pose)
+    covariance = np.reshape(message.pose.covariance, (6, 6))[np.ix_(PLANAR, PLANAR)]
+    if not np.isfinite(covariance).all():
+        raise MessageError('covariance: not finite')
+    largest = np.abs(covariance).max()
+    if largest > FARTHEST or (
+            np.linalg.eigvalsh(0.5 * (covariance + covariance.T))[0] < -1e-6 * largest):
+        raise MessageError('covariance: a variance is negative or absurd')
+    return seconds(message.header.stamp), pose, covariance if largest else None
 
 
 def scan_from_message(message):

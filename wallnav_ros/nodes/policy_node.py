@@ -148,11 +148,11 @@ class PolicyNode(Node):
             self.navigator.reject('localisation', f'frame {frame!r} is not {MAP!r}')
             return
         try:
-            pose = convert.pose_from_message(message.pose.pose)
+            fix = convert.fix_from_message(message)
         except convert.MessageError as error:
             self.navigator.reject('localisation', str(error))
             return
-        self.navigator.localisation.add_fix(convert.seconds(message.header.stamp), pose)
+        self.navigator.localisation.add_fix(*fix)
 
     def _take_path(self, message):
         self.navigator.take_path(convert.path_from_message(message),

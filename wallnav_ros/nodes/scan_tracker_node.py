@@ -42,8 +42,7 @@ from wallnav_ros.nodes.topics import advertise, LATCHED, RELIABLE, SENSOR, subsc
 from wallnav_ros.nodes.transforms import find_frames
 from wallnav_ros.perception.settings import TrackerSettings
 from wallnav_ros.perception.tracking import Tracker
-from wallnav_ros.world.distance_field import DistanceField
-from wallnav_ros.world.geometry import compose, invert
+from wallnav_ros.world.geometry import compose
 from wallnav_ros.world.tracks import HUMAN
 
 
@@ -102,11 +101,11 @@ class ScanTrackerNode(Node):
             self.rejected['amcl_pose: not in the map frame'] += 1
             return
         try:
-            pose = convert.pose_from_message(message.pose.pose)
+            fix = convert.fix_from_message(message)
         except convert.MessageError as error:
             self.rejected[f'amcl_pose: {error}'] += 1
             return
-        self.place.add_fix(convert.seconds(message.header.stamp), pose)
+        self.place.add_fix(*fix)
 
     def _take_map(self, message):
         try:
@@ -169,20 +168,15 @@ class ScanTrackerNode(Node):
             self._has_odometry = False
             return {'pose': mount, 'odometry': False}
         end = self.place.odom_pose(scan.stamp + scan.sweep_time)
-        return {'pose': compose(base, mount), 'walls': self._walls_in_odom(),
+        laser = compose(base, mount)
+        return {'pose': laser, 'walls': self.place.walls_in_odom(self._walls),
+                'covariance': self.place.covariance_at(laser[:2]),
                 'end_pose': None if end is None else compose(end, mount)}
-
-    def _walls_in_odom(self):
-        """Return the map's DistanceField in the odometry's frame, None unless localised."""
-        if self._walls is None or self.place.map_from_odom is None:
-            return None
-        pose = compose(invert(self.place.map_from_odom), self._walls.pose)
-        return DistanceField(self._walls.distance, pose, self._walls.resolution)
 
     def _report(self):
         people = 0 if self._tracks is None else int((self._tracks.label == HUMAN).sum())
         total = 0 if self._tracks is None else len(self._tracks)
-        walls = self._walls_in_odom()
+        walls = self.place.walls_in_odom(self._walls)
         values = {'scans': self._scans, 'odometry_count': self._odometry, 'tracks': total,
                   'humans': people, 'frame': self._frame,
                   'walls': 'none' if walls is None else 'subtracted',

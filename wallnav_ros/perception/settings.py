@@ -181,7 +181,14 @@ class TrackerSettings:
     """log-odds; 98 %: certainty that a second of evidence can still turn round."""
 
     # Mapped walls.
-    wall_margin: float = 0.15
-    """m; range noise, half a map cell, the map's own error and that of the position."""
-    wall_slack: float = 0.01
-    """rad; heading error of a localised robot, which moves far walls further."""
+    map_noise: float = 0.04
+    """m; half a cell of a common map, and what mapping bent."""
+    pose_noise: float = 0.05
+    """m; of a robot in its map, where nobody tells: one cell."""
+    heading_noise: float = 0.02
+    """rad; the same of its heading: what scan matching comes to in a corridor."""
+    wall_deviations: float = 2.0
+    """standard deviations within which a beam end is the wall: 95 % of them."""
+    wall_reach: float = 0.3
+    """m; no doubt makes what lies further from a wall part of it: people beside it stand so far
+    out, and are worth more than a stretch of wall taken for a thing."""

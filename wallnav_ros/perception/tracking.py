@@ -23,6 +23,7 @@ from wallnav_ros.perception.association import associate
 from wallnav_ros.perception.classification import find_gait, settle_labels, weigh_motion
 from wallnav_ros.perception.detection import detect, judge_points, place_beams
 from wallnav_ros.perception.ego_motion import EgoMotion
+from wallnav_ros.perception.mapped_walls import lie_on_walls
 from wallnav_ros.perception.own_body import OwnBody
 from wallnav_ros.perception.settings import TrackerSettings
 from wallnav_ros.perception.track_table import TrackTable
@@ -45,13 +46,16 @@ class Tracker:
         self._known = False
         self._forget()
 
-    def update(self, scan, pose=None, walls=None, end_pose=None, odometry=True, sensor='scan'):
+    def update(self, scan, pose=None, walls=None, covariance=None, end_pose=None,
+               odometry=True, sensor='scan'):
         """
         Take one Scan and return the Tracks at its stamp.
 
         pose: (3,) of the laser in the tracking frame (`odom` or `map`) at the scan's stamp.
         walls: DistanceField of the mapped walls in the tracking frame; what they explain is
             left out.
+        covariance: (3, 3) of `pose` relative to those walls: x, y in m, yaw in rad, along the
+            axes of the tracking frame; None where nobody tells.
         end_pose: (3,) of the laser when the last beam was taken, to straighten the sweep.
         odometry: False where `pose` is only where the laser sits on the robot (the origin, if
             None). Tracks are then in the robot's frame at the scan's stamp, their velocities
@@ -71,8 +75,8 @@ class Tracker:
         people = table.position[table.human]
         pose = self._motion.locate(local, people, given, known, elapsed, interval, sensor)
         if walls is not None and known and len(hits):
-            margin = settings.wall_margin + settings.wall_slack * scan.ranges[hits]
-            open_space = walls.at(to_parent(given, local)) > margin
+            open_space = ~lie_on_walls(
+                to_parent(given, local), given[:2], walls, covariance, settings)
             hits, local = hits[open_space], local[open_space]
         points = to_parent(pose, local)
         memory = self._views.setdefault(
