@@ -15,6 +15,8 @@
 
 import os
 import stat
+import subprocess
+import sys
 
 import pytest
 
@@ -102,3 +104,47 @@ def test_bytes_can_be_written_too(tmp_path):
         stream.write(b'\0\1')
 
     assert (tmp_path / 'x').read_bytes() == b'\0\1'
+
+
+def test_text_is_utf_8_whatever_the_locale(tmp_path):
+    program = ('import sys; from wallnav_ros.world.files import atomic_write\n'
+               'with atomic_write(sys.argv[1]) as stream: stream.write("\\u2013 m/s\\u00b3")')
+    subprocess.run(
+        [sys.executable, '-c', program, tmp_path / 'table.md'], check=True,
+        env={**os.environ, 'LC_ALL': 'C', 'PYTHONUTF8': '0', 'PYTHONCOERCECLOCALE': '0',
+             'PYTHONPATH': os.pathsep.join(sys.path)})
+
+    assert (tmp_path / 'table.md').read_bytes() == '– m/s³'.encode()
+
+
+def test_a_link_goes_on_leading_to_the_file_that_was_written(tmp_path):
+    (tmp_path / 'results').mkdir()
+    link = tmp_path / 'latest.json'
+    link.symlink_to(tmp_path / 'results' / 'run.json')
+
+    with atomic_write(link) as stream:
+        stream.write('{}')
+
+    assert link.is_symlink()
+    assert (tmp_path / 'results' / 'run.json').read_text() == '{}'
+
+
+def test_what_is_no_file_is_written_to_and_not_replaced(tmp_path):
+    pipe = tmp_path / 'pipe'
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+
+    with atomic_write(pipe) as stream:
+        stream.write('result')
+
+    assert os.read(reader, 100) == b'result'
+    os.close(reader)
+    assert stat.S_ISFIFO(pipe.stat().st_mode)
+    assert list(tmp_path.iterdir()) == [pipe]
+
+
+def test_a_folder_in_the_place_of_the_file_is_refused(tmp_path):
+    with pytest.raises(IsADirectoryError), atomic_write(tmp_path) as stream:
+        stream.write('lost')
+
+    assert not list(tmp_path.iterdir())

@@ -56,7 +56,7 @@ def main(arguments=None):
     except (RecordingError, OSError) as error:
         print(f'score_tracking: {error}', file=sys.stderr)
         return 2
-    with atomic_write(options.out, encoding='utf-8') as stream:
+    with atomic_write(options.out) as stream:
         stream.write(text)
     print(f'score_tracking: {len(recordings)} recordings scored in {options.out}')
     return 0

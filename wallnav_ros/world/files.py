@@ -65,9 +65,18 @@ def atomic_write(path, mode='w', **options):
     """
     Open a temporary file beside `path` that replaces it only when the block ends well.
 
-    A reader, or a run killed half way, sees the old file or the whole new one.
+    A reader, or a run killed half way, sees the old file or the whole new one. A link is
+    followed; what is no file, such as /dev/stdout, is written to and stays what it is. Text is
+    UTF-8 unless `options`, which are those of `open`, say otherwise.
     """
+    if 'b' not in mode:
+        options.setdefault('encoding', 'utf-8')
     path = Path(path)
+    if path.exists() and not (path.is_file() or path.is_dir()):
+        with open(path, mode, **options) as stream:
+            yield stream
+        return
+    path = Path(os.path.realpath(path))
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f'.{path.name}.')
     try:
