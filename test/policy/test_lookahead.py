@@ -369,6 +369,23 @@ def test_the_likeliest_way_is_what_collisions_are_judged_by():
     assert not collided(0.6)[1]
 
 
+@pytest.mark.parametrize('chance, ahead, speed', [(0.6, 2.2, 0.0), (0.4, 2.1, 1.0)])
+def test_the_network_is_shown_people_where_they_most_likely_will_be(chance, ahead, speed):
+    walker = Agents.of([[2.6, 0.0]], [[-1.0, 0.0]], [0.3])
+    shown = []
+
+    def value(features):
+        shown.append(features)
+        return nothing(features)
+    lookahead = Lookahead(value, FOUR, Rule((2,)), TwoWays(chance, (2.2, 0.0)))
+    lookahead.decide(observe(walker))
+
+    # Half a second later, seen from where the robot stood; columns: x / 5 m, and the speed.
+    still = np.flatnonzero(shown[0].robot[:, 5] == 0.0)[0]
+    assert shown[0].agents[still, 0, 0] * 5.0 == pytest.approx(ahead)
+    assert shown[0].agents[still, 0, 7] == pytest.approx(speed)
+
+
 def test_a_sub_goal_is_not_the_goal():
     near = observe(goal=np.array([0.3, 0.0]))
     lookahead = Lookahead(nothing, FOUR, Rule((1,)))

@@ -82,6 +82,7 @@ class Rollout:
     poses: (B, A, H, 3); rewards: (B, A, H); over: (B, A, H) bool, the goal reached or a
     collision at or before that step; collided: (B, A) bool, a collision in the first step.
     survival: (B, A, H), the chance that no agent has been touched up to the end of that step.
+    crowd: Agents (B, H, N) after each step, each on its likeliest way.
     """
 
     poses: np.ndarray
@@ -89,6 +90,7 @@ class Rollout:
     over: np.ndarray
     collided: np.ndarray
     survival: np.ndarray
+    crowd: Agents
 
 
 class Lookahead:
@@ -189,7 +191,8 @@ class Lookahead:
         rewards[..., 1:][over[..., :-1]] = 0.0
         poses = np.concatenate((position, np.broadcast_to(
             first[:, :, None, 2:], position.shape[:-1] + (1,))), axis=-1)
-        return Rollout(poses, rewards, over, collided[..., 0], survival)
+        crowd = _later(agents, forecast, rule.time_step)
+        return Rollout(poses, rewards, over, collided[..., 0], survival, crowd)
 
     def _foresee(self, robot, agents, walls, steps):
         """
@@ -251,13 +254,12 @@ class Lookahead:
         later = Robot(rollout.poses[state, action, horizons[number] - 1], commands[state, action],
                       robot.goal[state], robot.radius[state], robot.preferred_speed[state],
                       robot.beyond[state])
-        ahead = (horizons * self.rule.time_step)[:, None, None]
-        position = agents.position[:, None] + ahead * agents.velocity[:, None]
-        velocity = np.broadcast_to(agents.velocity[:, None], position.shape)
-        crowd = Agents(position, velocity, agents.radius, agents.present)
+        crowd = rollout.crowd
+        crowd = Agents(crowd.position[:, horizons - 1], crowd.velocity[:, horizons - 1],
+                       crowd.radius, crowd.present)
         clearance = features.agent_clearance(crowd, walls)
-        crowd = Agents(position[state, number], agents.velocity[state], agents.radius[state],
-                       agents.present[state])
+        crowd = Agents(crowd.position[state, number], crowd.velocity[state, number],
+                       agents.radius[state], agents.present[state])
         return features.extract(later, crowd, clearance[state, number], walls)
 
 
@@ -274,6 +276,17 @@ def _somebody_walks(robot, agents):
     """Return (B,) whether anybody who walks is within WAITING metres, worth waiting for."""
     near = lengths(agents.position - robot.position[:, None]) < WAITING
     return (agents.present & near & (lengths(agents.velocity) > WALKING)).any(axis=1)
+
+
+def _later(agents, forecast, time_step):
+    """Return the Agents (B, H, N) that `agents` (B, N) become on their likeliest ways."""
+    likeliest = forecast.chance.argmax(axis=-1)[..., None, None, None]
+    way = np.take_along_axis(forecast.position, likeliest, axis=2)[:, :, 0]       # (B, N, H, 2)
+    before = np.concatenate((agents.position[:, :, None], way[:, :, :-1]), axis=2)
+    shape = (way.shape[0], way.shape[2], way.shape[1])
+    return Agents(way.swapaxes(1, 2), ((way - before) / time_step).swapaxes(1, 2),
+                  np.broadcast_to(agents.radius[:, None], shape),
+                  np.broadcast_to(agents.present[:, None], shape))
 
 
 def _contacts(robot, agents, forecast, before, after):
