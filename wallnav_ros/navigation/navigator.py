@@ -161,7 +161,8 @@ class Navigator:
             end = place.odom_pose(scan.stamp + scan.sweep_time)
             self.scene.tracks = self._tracker.update(
                 scan, laser, walls=place.walls_in_odom(self.walls),
-                covariance=place.covariance_at(laser[:2]), end_pose=laser if end is None else compose(end, self.laser_pose))
+                covariance=place.covariance_at(laser[:2]),
+                end_pose=laser if end is None else compose(end, self.laser_pose))
             self._decide_when_due(scan.stamp, now)
         return True
 
