@@ -38,7 +38,7 @@ STEPS = 100            # that a crowd is watched for
 MOMENTS = 24           # of them that are learnt from
 CASES = ('dynamic', 'mixed')
 NEWCOMERS = 0.3        # share of agents that are shown as if just come into sight
-SIZES = (128, 96)
+SIZES = (256, 192)
 BATCH = 1024
 SHARPNESS = 3.0        # weight of a step's likelihood beside the choice of a way
 LEARNING_RATE = 1e-3
@@ -53,11 +53,14 @@ def watch(scenarios, count, rng):
     inputs, offsets = [], []
     bar = tqdm(total=count, desc='watching crowds', unit='crowd')
     while len(inputs) < count:
-        scenario = scenarios[rng.integers(len(scenarios))].at(int(rng.integers(2 ** 40, 2 ** 62)))
+        source = scenarios[rng.integers(len(scenarios))]
+        scenario = source.at(int(rng.integers(2 ** 40, 2 ** 62)))
         try:
             episode = draw_episode(scenario, CASES[rng.integers(len(CASES))],
                                    int(rng.integers(2 ** 40, 2 ** 62)))
         except ScenarioError:
+            if scenario is source:
+                raise
             continue           # a drawn world may be too small for the crowd drawn with it
         seen, followed = _moments(episode, rng)
         inputs.append(seen)
