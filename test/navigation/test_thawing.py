@@ -13,13 +13,19 @@
 # limitations under the License.
 """A policy that gets nowhere is helped out, one that waits for somebody is not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from wallnav_ros.mapping.distance_field import distance_field
 from wallnav_ros.navigation.base import BaseLimits
+from wallnav_ros.navigation.stopping import stoppable
 from wallnav_ros.navigation.thawing import AFTER, DETOUR, HELPED, Thaw
 from wallnav_ros.world.distance_field import DistanceField
+from wallnav_ros.world.geometry import drive_unicycle
 from wallnav_ros.world.state import Agents, Observation, Robot
+from wallnav_ros.world.walls import Walls
 
 
 def seen(goal=(5.0, 0.0), agents=None, x=0.0, beyond=0.0):
@@ -76,18 +82,44 @@ def test_waiting_for_somebody_who_will_cross_the_way_is_not_freezing(place, velo
     assert (offer_after(10.0, seen(agents=walker)) is None) == waits
 
 
-def test_a_sub_goal_ahead_is_driven_to_the_fastest_offer_first():
+def test_a_sub_goal_ahead_is_driven_to_straight():
     offered = offer_after(10.0)
-    np.testing.assert_allclose(offered[:3], [[0.4, 0.0], [0.2, 0.0], [0.1, 0.0]])
+    np.testing.assert_allclose(offered[0], [0.4, 0.0])
 
 
-def test_a_sub_goal_to_the_side_is_turned_to_on_the_spot():
-    np.testing.assert_allclose(offer_after(10.0, seen((0.0, 5.0))), [[0.0, 2.0]])
-    np.testing.assert_allclose(offer_after(10.0, seen((4.0, -1.0))),
-                               [[0.0, -2.0 * np.arctan2(1.0, 4.0)]])
+@pytest.mark.parametrize('goal, side', [((0.0, 5.0), 1.0), ((-4.0, -3.0), -1.0)])
+def test_a_sub_goal_to_the_side_is_turned_to_as_fast_as_may_be(goal, side):
+    offered = offer_after(10.0, seen(goal), BaseLimits(max_turn_rate=1.5))
+    assert offered[0, 1] == 1.5 * side
+    assert np.abs(offered[:, 1]).max() == 1.5
 
 
-def test_a_base_that_cannot_turn_slowly_drives_straight_or_turns_as_slowly_as_it_can():
+def test_a_base_that_cannot_turn_slowly_is_never_told_to():
     offered = offer_after(10.0, seen((5.0, 0.5)), BaseLimits(min_turn_rate=0.6))
-    assert (offered[:3, 1] == 0.0).all()
-    np.testing.assert_allclose(offered[3], [0.0, 0.6])
+    rates = np.abs(offered[:, 1])
+    assert ((rates == 0.0) | (rates >= 0.6)).all() and (rates == 0.0).any()
+
+
+def test_a_corner_that_the_straight_line_grazes_is_gone_round():
+    # The robot stands 3 cm from the corner of a wall, and its sub-goal lies past it: straight
+    # ahead would end within the clearance at once, and turning there alone leads nowhere.
+    corner = distance_field(Walls.from_polylines([[(0.15, 0.176), (0.15, 3.0), (2.0, 3.0)]]))
+    thaw, limits, pose = Thaw(), BaseLimits(), np.zeros(3)
+    start = replace(seen((2.0, 0.0)), walls=corner)
+    thaw.offer(start, limits, 0.0)
+    for step in range(24):
+        observation = replace(start, robot=replace(start.robot, pose=pose))
+        offered = thaw.offer(observation, limits, 1.1 * AFTER + 0.25 * step)
+        allowed = stoppable(observation, offered, 0.25, limits)
+        pose = drive_unicycle(pose, *offered[allowed.argmax()], 0.25)
+        assert allowed.any() and corner.at(pose[:2]) > start.robot.radius
+        if pose[0] > 1.0:
+            return
+    raise AssertionError(f'still at {pose}')
+
+
+def test_somebody_who_stands_before_the_sub_goal_is_gone_round():
+    someone = Agents.of([(1.0, 0.0)], [(0.0, 0.0)], [0.3])
+    offered = offer_after(10.0, seen((2.0, 0.0), someone))
+    # 1.5 s straight on would end 0.2 m inside.
+    assert offered[0, 0] > 0.0 and offered[0, 1] != 0.0

@@ -14,12 +14,13 @@
 """
 Along the way by hand where the policy gets nowhere though nobody is in its way.
 
-The freezing robot problem (Trautman and Krause 2010); steering by pursuit of the sub-goal.
+The freezing robot problem (Trautman and Krause 2010); arcs as in the dynamic window approach
+(Fox, Burgard and Thrun 1997).
 """
 
 import numpy as np
 
-from wallnav_ros.world.geometry import closest_approach, wrap_angle
+from wallnav_ros.world.geometry import closest_approach, drive_unicycle
 
 PROGRESS = 0.3         # m of way that count as getting on
 AFTER = 4.0            # s without, before the policy is helped out
@@ -30,8 +31,13 @@ STRIDE = 0.8           # m of that way
 ROOM = 0.4             # m that whoever crosses leaves, or the policy may well be waiting for them
 WALKING = 0.2          # m/s
 CREEPING = 0.5         # of the preferred speed
-STEER = 2.0            # rad/s a radian off
-STRAIGHT = 0.2         # rad off, up to which the robot drives while it turns
+SPEEDS = (1.0, 0.5, 0.25, 0.0)             # of creeping, that arcs are offered at
+TURNS = np.linspace(-1.0, 1.0, 17)         # of the fastest turn
+FASTEST_TURN = 2.0     # rad/s
+TURNING, ON = 0.5, 1.0                     # s that an arc is held, and then gone on straight
+STEP = 0.1             # s between the places looked at on it
+SPARE = 0.1            # m of room, beyond which more is worth nothing
+TOLERANCE = 1e-3       # m by which a robot that is too close may come closer still
 
 
 class Thaw:
@@ -58,7 +64,7 @@ class Thaw:
             self._until = left - HELPED
         if self._until is None or _somebody_crosses(observation):
             return None
-        return _steer(robot, limits)
+        return _steer(observation, limits)
 
 
 def _somebody_crosses(observation):
@@ -72,15 +78,37 @@ def _somebody_crosses(observation):
     return bool(((np.hypot(*agents.velocity.T) > WALKING) & (gap < ROOM)).any())
 
 
-def _steer(robot, limits):
-    """Return commands (K, 2) towards the sub-goal: on and turning, slower, turning alone."""
-    toward = robot.goal - robot.position
-    off = float(wrap_angle(np.arctan2(toward[1], toward[0]) - robot.pose[2]))
-    turn = float(np.clip(STEER * off, -limits.max_turn_rate, limits.max_turn_rate))
-    in_place = np.array([[0.0, np.copysign(max(abs(turn), limits.min_turn_rate), off)]])
-    if abs(off) > STRAIGHT:
-        return in_place
-    if abs(turn) < limits.min_turn_rate:
-        turn = 0.0
-    speed = CREEPING * float(robot.preferred_speed) * np.array([1.0, 0.5, 0.25])
-    return np.vstack((np.column_stack((speed, np.full(3, turn))), in_place))
+def _steer(observation, limits):
+    """
+    Return commands (K, 2) that lead towards the sub-goal, best first.
+
+    Each is an arc and then straight on, worth how near to the sub-goal that leads before it
+    comes within the clearance of anything that stands, and the room that it keeps.
+    """
+    robot = observation.robot
+    creeping = CREEPING * float(robot.preferred_speed)
+    turns = np.clip(FASTEST_TURN * TURNS, -limits.max_turn_rate, limits.max_turn_rate)
+    turns = np.unique(np.where(np.abs(turns) < limits.min_turn_rate, 0.0, turns))
+    commands = np.stack(np.meshgrid(np.multiply(SPEEDS, creeping), turns), axis=-1).reshape(-1, 2)
+    commands = commands[commands.any(axis=1)]
+    turned = STEP * np.arange(1, 1 + round(TURNING / STEP))
+    arc = drive_unicycle(robot.pose, commands[:, :1], commands[:, 1:], turned)
+    on = drive_unicycle(arc[:, -1:], creeping, 0.0, STEP * np.arange(1, 1 + round(ON / STEP)))
+    places = np.concatenate((arc, on), axis=1)[..., :2]
+    here, gap = (_gap(observation, where) for where in (robot.position, places))
+    free = np.logical_and.accumulate(gap >= min(limits.clearance, float(here) - TOLERANCE), axis=1)
+    left = np.hypot(*np.moveaxis(robot.goal - places, -1, 0))
+    start = float(np.hypot(*(robot.goal - robot.position)))
+    nearest = np.where(free, left, start).min(axis=1)
+    room = np.where(free, np.minimum(gap, SPARE), SPARE).min(axis=1)
+    return commands[np.argsort(nearest - room, kind='stable')]
+
+
+def _gap(observation, places):
+    """Return the room (...) around a robot at `places` (..., 2) to all that stands."""
+    agents, radius = observation.agents, observation.robot.radius
+    still = np.hypot(*agents.velocity.T) <= WALKING
+    away = places[..., None, :] - agents.position[still]
+    agent = (np.hypot(away[..., 0], away[..., 1]) - agents.radius[still]).min(
+        axis=-1, initial=np.inf)
+    return np.minimum(observation.walls.at(places), agent) - radius
