@@ -111,8 +111,9 @@ def test_an_unknown_scenario_and_an_unwritable_folder_are_refused(tmp_path, caps
 
     assert main(['--scenario', 'nowhere', '--out', str(tmp_path)]) == 2
     assert main(['--out', str(tmp_path / 'file')]) == 2
+    assert main(['--scenario', 'family', '--out', str(tmp_path)]) == 2
 
-    assert capsys.readouterr().err.count('\n') == 2
+    assert capsys.readouterr().err.count('\n') == 3
 
 
 @pytest.mark.parametrize('resolution', ['0', '-1', 'nan', 'inf', 'fine'])

@@ -57,6 +57,12 @@ def test_ties_share_their_rank():
     assert signed_rank_p([0.1, -0.1, 0.2]) == pytest.approx(3 / 8)
 
 
+def test_many_cells_take_no_longer_than_few():
+    """Of 2 ** 60 assignments of signs, the one that is seen is the only one with its sum."""
+    assert signed_rank_p(np.arange(1, 61)) == pytest.approx(0.5 ** 60)
+    assert signed_rank_p(-np.arange(1, 61)) == pytest.approx(1.0)
+
+
 @pytest.mark.parametrize('differences, p', [
     ([], 1.0), ([0.0, 0.0], 1.0), ([0.1], 0.5), ([-0.1], 1.0), ([0.0, 0.1], 0.5)])
 def test_hardly_any_difference_proves_nothing(differences, p):

@@ -57,6 +57,13 @@ def test_times_and_lengths_are_those_of_episodes_that_arrived():
     assert cell['mean_path_length'] == pytest.approx((7.9 + 8.3 + 8.0) / 3)
 
 
+def test_a_summary_of_an_open_world_with_nobody_in_it_is_valid_json():
+    cell = cell_summary([result(agent=np.inf, wall=np.inf)])
+
+    assert cell['mean_min_gap_agent'] is None and cell['mean_min_gap_wall'] is None
+    json.dumps(cell, allow_nan=False)
+
+
 def test_gaps_are_means_over_all_that_met_anybody():
     cell = cell_summary(CELL)
 

@@ -21,6 +21,7 @@ from wallnav_ros.learning.motion import (
     errors, fit, mirrored, negative_log_likelihood, train_motion, watch)
 from wallnav_ros.policy import motion
 from wallnav_ros.policy.motion_weights import load_motion, save_motion
+from wallnav_ros.simulation.scenario import ScenarioError
 from wallnav_ros.simulation.scenarios import load_scenario
 
 
@@ -94,6 +95,14 @@ def test_a_model_says_how_it_was_made_and_how_well_it_does():
     assert model.training['crowds'] == 3
     assert set(model.training['unseen']) == {'likeliest', 'best', 'constant_velocity'}
     assert model.training['unseen']['best'] <= model.training['unseen']['likeliest']
+
+
+def test_crowds_that_can_never_be_drawn_are_refused(tmp_path):
+    path = tmp_path / 'empty.yaml'
+    path.write_text('walls: []\nrobot: {start: [0, 0, 0], goal: [2, 0]}\ncases: {none: {}}\n')
+
+    with pytest.raises(ScenarioError, match='cases: no case'):
+        train_motion([str(path)], crowds=1, epochs=1, seed=0)
 
 
 def test_a_model_that_changes_nothing_is_as_far_off_as_constant_velocity(watched):

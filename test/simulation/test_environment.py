@@ -180,10 +180,18 @@ def test_there_is_no_picture_without_a_render_mode():
 
 @pytest.mark.parametrize('options, error, line', [
     ({'scenario': 'nowhere'}, FileNotFoundError, 'nowhere: no such file'),
-    ({'case': 'full'}, ScenarioError, "no case 'full'")])
+    ({'case': 'full'}, ScenarioError, "no case 'full'"),
+    ({'scenario': 'family', 'case': 'full'}, ScenarioError, "no case 'full'"),
+    ({'reward': 'R5'}, ValueError, "unknown reward 'R5', choose one of R1, R2, R3, R4")])
 def test_what_does_not_exist_is_refused(options, error, line):
-    with pytest.raises(error, match=line):
-        environment.CorridorEnv(**options)
+    for make_one in (environment.CorridorEnv, environment.CorridorVectorEnv):
+        with pytest.raises(error, match=line):
+            make_one(**options)
+
+
+def test_before_the_first_reset_there_is_nothing_to_step():
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        environment.CorridorVectorEnv(2).step(np.array([AHEAD, AHEAD]))
 
 
 def test_the_vectorised_form_is_that_many_environments():

@@ -92,6 +92,11 @@ def test_a_family_that_cannot_be_drawn_is_refused_in_one_line(tmp_path, text, co
     assert refusal_of(ScenarioError, load_scenario, path).startswith(complaint)
 
 
+def test_an_unknown_case_lists_the_cases():
+    with pytest.raises(ScenarioError, match="no case 'full', choose one of none, static, dyn"):
+        load_scenario('family').counts('full')
+
+
 def test_no_world_has_more_agents_than_the_family_says():
     family = load_scenario('family')
     for case in family.cases:

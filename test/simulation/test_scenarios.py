@@ -23,6 +23,8 @@ import numpy as np
 import pytest
 from refusals import refusal_of
 from wallnav_ros.mapping.map_writer import write_map
+from wallnav_ros.mapping.occupancy_map import load_map
+from wallnav_ros.mapping.wall_extraction import extract_walls
 from wallnav_ros.simulation.episodes import draw_episode
 from wallnav_ros.simulation.scenario import ScenarioError
 from wallnav_ros.simulation.scenarios import load_scenario
@@ -339,6 +341,44 @@ def test_chairs_and_furniture_stand_in_the_world_but_not_on_the_map(write):
     # The outer edge of a leg, 0.2 m from the middle of the seat and 1.5 cm further.
     legs = np.concatenate(scenario.polygons[scenario.mapped:])
     np.testing.assert_allclose(np.abs(legs - 0.5).max(axis=0), 0.215)
+
+
+def drawn(scenario, tmp_path):
+    """Return the Walls that a robot reads from the map of a Scenario."""
+    scenario.draw_map(tmp_path / 'drawn.yaml')
+    return extract_walls(load_map(tmp_path / 'drawn.yaml')).walls
+
+
+def test_a_map_is_drawn_with_thin_walls_and_without_the_furniture(write, tmp_path):
+    thin, shelf = [[-1, 4], [4, 4]], [[-2, -2], [-1, -2], [-1, -1.5]]
+
+    walls = drawn(load_scenario(write({**PLAIN, 'walls': [SQUARE, thin], 'furniture': [shelf]})),
+                  tmp_path)
+
+    # A cell is 0.05 m: that near are a side of the square and the line, but not the shelf.
+    on_side, on_line, on_shelf = walls.distance([[2.0, 0.0], [1.5, 4.0], [-1.5, -2.0]])
+    assert max(on_side, on_line) < 0.05
+    assert on_shelf > 3.0
+
+
+def test_the_map_of_an_open_world_holds_start_and_goal(write, tmp_path):
+    scenario = load_scenario(write({**PLAIN, 'walls': []}))
+
+    assert not len(drawn(scenario, tmp_path))
+
+    found = load_map(tmp_path / 'drawn.yaml')
+    extent = np.array(found.cells.shape[::-1]) * found.resolution
+    for point in (scenario.start[:2], scenario.goal):
+        assert (found.origin[:2] + 5.0 < point).all()
+        assert (point < found.origin[:2] + extent - 5.0).all()
+
+
+def test_walls_that_cannot_be_drawn_are_refused(write, tmp_path):
+    path = write({**PLAIN, 'walls': [[[3, 3], [5, 5], [5, 3], [3, 5]]]})
+
+    line = refusal_of(ScenarioError, lambda _: drawn(load_scenario(path), tmp_path), path)
+
+    assert line.startswith('walls: polygon 0: its outline crosses itself')
 
 
 @pytest.mark.parametrize('name, people', [('lab_1', 0), ('lab_2', 5), ('lab_3', 7)])

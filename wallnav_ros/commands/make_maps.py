@@ -18,17 +18,12 @@ Solid polygons are painted by `mapping.map_writer`; the keys are those of nav2_m
 """
 
 import argparse
-import math
 from pathlib import Path
 import sys
 
-from wallnav_ros.mapping.map_writer import write_map
-from wallnav_ros.simulation.scenario import ScenarioError
+from wallnav_ros.commands.arguments import above_zero
+from wallnav_ros.simulation.scenario import Scenario, ScenarioError
 from wallnav_ros.simulation.scenarios import load_scenario
-
-
-class NoPolygonsError(ValueError):
-    """A scenario with nothing to draw; one line naming file, field and fix."""
 
 
 def parse(arguments):
@@ -38,7 +33,7 @@ def parse(arguments):
                         default=['curve_path', 'cross_path'],
                         help='scenarios with walls as polygons, painted without their furniture '
                              '(default: both paths of the paper)')
-    parser.add_argument('--resolution', type=_positive, default=0.05, metavar='M',
+    parser.add_argument('--resolution', type=above_zero, default=0.05, metavar='M',
                         help='metres a cell (default: %(default)s)')
     parser.add_argument('--out', type=Path, default=Path('maps'), metavar='DIR',
                         help='folder for NAME.yaml and NAME.png (default: %(default)s)')
@@ -53,29 +48,22 @@ def main(arguments=None):
         scenarios = [_drawable(load_scenario(name)) for name in options.scenario]
         for scenario in scenarios:
             path = options.out / f'{scenario.path.stem}.yaml'
-            write_map(path, scenario.polygons[:scenario.mapped], resolution=options.resolution)
+            scenario.draw_map(path, options.resolution)
             print(path)
-    except (OSError, ScenarioError, NoPolygonsError) as error:
+    except (OSError, ScenarioError) as error:
         print(f'make_maps: {error}', file=sys.stderr)
-        return 2
-    except ValueError as error:
-        print(f'make_maps: {scenario.path}: walls: {error}', file=sys.stderr)
         return 2
     return 0
 
 
 def _drawable(scenario):
+    if not isinstance(scenario, Scenario):
+        raise ScenarioError(f'{scenario.path}: family: has another world for every seed; '
+                            'name a scenario with walls')
     if not scenario.polygons:
-        raise NoPolygonsError(f'{scenario.path}: walls: no polygons to draw; '
-                              'its walls come from a map or it has none')
+        raise ScenarioError(f'{scenario.path}: walls: no polygons to draw; '
+                            'its walls come from a map or it has none')
     return scenario
-
-
-def _positive(text):
-    value = float(text)
-    if not 0.0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f'expected metres above 0, got {text}')
-    return value
 
 
 if __name__ == '__main__':

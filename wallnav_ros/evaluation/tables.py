@@ -45,9 +45,10 @@ def cell_summary(results):
     reached = [result for result in results if result.outcome == 'goal']
     cell['mean_time'] = _mean([result.time for result in reached])
     cell['mean_path_length'] = _mean([result.path_length for result in reached])
-    gaps = [result.min_gap_agent for result in results if np.isfinite(result.min_gap_agent)]
-    cell['mean_min_gap_agent'] = _mean(gaps)
-    cell['mean_min_gap_wall'] = _mean([result.min_gap_wall for result in results])
+    # Where there was nobody, or no wall, a gap is infinite, for which JSON has no word.
+    for name in ('min_gap_agent', 'min_gap_wall'):
+        gaps = [getattr(result, name) for result in results]
+        cell[f'mean_{name}'] = _mean([gap for gap in gaps if np.isfinite(gap)])
     comforts = [comfort(result) for result in results]
     for name in COMFORT:
         key = name if name.startswith('mean') else f'mean_{name}'

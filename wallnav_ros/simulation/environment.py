@@ -26,7 +26,7 @@ import numpy as np
 
 from wallnav_ros.policy import features
 from wallnav_ros.policy.actions import make_actions
-from wallnav_ros.policy.rewards import reward_terms, total
+from wallnav_ros.policy.rewards import reward_terms, REWARDS, total
 from wallnav_ros.simulation.batch import EpisodeBatch, OUTCOMES, RUNNING, TIMEOUT
 from wallnav_ros.simulation.episodes import draw_episode
 from wallnav_ros.simulation.picture import draw_scene
@@ -46,6 +46,8 @@ class _World:
         self.cases = list(self.scenario.cases) if case == 'all' else [case]
         for name in self.cases:
             self.scenario.counts(name)
+        if reward not in REWARDS:
+            raise ValueError(f'unknown reward {reward!r}, choose one of {", ".join(REWARDS)}')
         self.reward = reward
         self.time_step = time_step
         self.actions = make_actions()
@@ -178,6 +180,8 @@ class CorridorVectorEnv(VectorEnv):
     def step(self, actions):
         """Drive every row for one time step; rows that ended begin anew and are paid nothing."""
         batch = self._batch
+        if batch is None:
+            raise gymnasium.error.ResetNeeded('no episode has begun: call reset() first')
         ended = batch.outcome != RUNNING
         terms = self._world.step(batch, np.asarray(actions))
         for row in np.flatnonzero(ended):

@@ -27,6 +27,7 @@ import numpy as np
 from shapely import affinity
 from shapely.geometry import box, LineString, MultiPolygon, Point
 from shapely.ops import unary_union
+from wallnav_ros.simulation.scenario import check_case
 
 KINDS = ('corridor', 'bend', 'curve', 'junction', 'door', 'hall')
 END_ROOM = 1.0         # m, between the robot's start or goal and the end of its way
@@ -53,7 +54,8 @@ class Family:
     cases = ('none', 'static', 'dynamic', 'mixed')
 
     def counts(self, case):
-        """Return the most agents that may stand and walk in any of its worlds."""
+        """Return the most agents that stand and walk in `case`; ScenarioError lists the cases."""
+        check_case(self, case)
         return {'none': (0, 0), 'static': (MOST_AGENTS // 2, 0), 'dynamic': (0, MOST_AGENTS),
                 'mixed': (MOST_AGENTS // 3, MOST_AGENTS // 2)}[case]
 

@@ -22,12 +22,14 @@ from functools import cached_property, lru_cache
 from pathlib import Path
 
 import numpy as np
+from wallnav_ros.mapping.map_writer import write_map
 from wallnav_ros.mapping.route import plan_route, RouteError
 from wallnav_ros.world.distance_field import DistanceField
 from wallnav_ros.world.geometry import nearest_on_segments
 from wallnav_ros.world.walls import Walls
 
 ROUTE_RADII = 0.05     # m, between the robot radii that routes are planned for
+OPEN_MAP = 10.0        # m that the map of a world without walls holds around start and goal
 
 
 class ScenarioError(ValueError):
@@ -81,9 +83,7 @@ class Scenario:
 
     def counts(self, case):
         """Return how many agents stand and walk in `case`; ScenarioError lists the cases."""
-        if case not in self.cases:
-            raise ScenarioError(f'{self.path}: cases: no case {case!r}, '
-                                f'choose one of {", ".join(self.cases)}')
+        check_case(self, case)
         return self.cases[case].get('static', 0), self.cases[case].get('dynamic', 0)
 
     def wall_distances(self, points):
@@ -104,10 +104,34 @@ class Scenario:
         """Return the Route to the goal for a robot of `radius` m, or None: it fits nowhere."""
         return _route(self, ROUTE_RADII * float(np.ceil(np.round(radius / ROUTE_RADII, 6))))
 
+    def draw_map(self, path, resolution=0.05):
+        """
+        Write a map of the walls without the furniture to `path` (.yaml), its image beside it.
+
+        Polygons are solid, those of two points thin walls. Raises ScenarioError where one cannot
+        be drawn.
+        """
+        mapped = self.polygons[:self.mapped]
+        ends = np.vstack((self.start[:2], self.goal))
+        bounds = None if mapped else (*(ends.min(axis=0) - OPEN_MAP),
+                                      *(ends.max(axis=0) + OPEN_MAP))
+        try:
+            write_map(path, [polygon for polygon in mapped if len(polygon) > 2],
+                      [polygon for polygon in mapped if len(polygon) == 2], bounds, resolution)
+        except ValueError as error:
+            raise ScenarioError(f'{self.path}: walls: {error}') from None
+
     @cached_property
     def _polygon_starts(self):
         sizes = [len(polygon) for polygon in self.polygons]
         return np.cumsum([0, *sizes[:-1]])
+
+
+def check_case(scenario, case):
+    """Raise ScenarioError, which lists the cases, where a Scenario or Family has no `case`."""
+    if case not in scenario.cases:
+        raise ScenarioError(f'{scenario.path}: cases: no case {case!r}, '
+                            f'choose one of {", ".join(scenario.cases)}')
 
 
 @lru_cache(maxsize=64)
