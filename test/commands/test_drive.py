@@ -27,7 +27,13 @@ import pytest
 rclpy = pytest.importorskip('rclpy')
 pyrvo = pytest.importorskip('pyrvo')
 
-from wallnav_ros.commands.drive import main  # noqa: E402
+from wallnav_ros.commands.drive import main, map_of  # noqa: E402
+from wallnav_ros.mapping.occupancy_map import load_map  # noqa: E402
+from wallnav_ros.mapping.wall_extraction import extract_walls  # noqa: E402
+from wallnav_ros.simulation.episodes import draw_episode  # noqa: E402
+from wallnav_ros.simulation.scenario import ScenarioError  # noqa: E402
+from wallnav_ros.simulation.scenarios import load_scenario  # noqa: E402
+import yaml  # noqa: E402
 
 pytestmark = pytest.mark.extras
 NODES = ('simulator_node', 'map_walls_node', 'scan_tracker_node', 'policy_node')
@@ -125,6 +131,58 @@ def test_runs_that_do_not_arrive_give_status_one_and_take_a_seed_each(drive, cor
     assert (tmp_path / 'out' / 'run_001.png').is_file()
 
 
+def test_what_a_node_refuses_is_bad_input(drive, corridor):
+    process = drive('--scenario', corridor(), '--case', 'none', '--scan-rate', 1000)
+    _, errors = process.communicate(timeout=TIMEOUT)
+    assert process.returncode == 2
+    assert 'parameter scan_rate: outside its limits, 1 to 80' in errors.splitlines()[-1]
+
+
+def test_runs_before_one_that_cannot_be_drawn_are_kept(drive, corridor, tmp_path):
+    path = corridor(limit=1.0)
+    # Whether a person as wide as these fits beside the robot's way is a matter of the seed.
+    path.write_text(path.read_text().replace('none: {static: 0, dynamic: 0}', 'wide: {static: 1}')
+                    + 'agents: {radius: [0.1, 2.0]}\n')
+    scenario = load_scenario(path)
+
+    def fits(seed):
+        try:
+            return draw_episode(scenario, 'wide', seed) is not None
+        except ScenarioError:
+            return False
+
+    seed = next(seed for seed in range(100) if fits(seed) and not fits(seed + 1))
+    process = drive('--scenario', path, '--case', 'wide', '--runs', 2, '--seed', seed)
+    _, errors = process.communicate(timeout=TIMEOUT)
+    assert process.returncode == 2
+    assert 'no room for agent 1' in errors.splitlines()[-1]
+    summary = json.loads((tmp_path / 'out' / 'summary.json').read_text())
+    assert [run['seed'] for run in summary['runs']] == [seed]
+
+
+def test_a_drawn_world_is_driven_with_its_own_map(drive, tmp_path):
+    process = drive('--scenario', 'family', '--case', 'none', '--seed', 3, '--speed', 2.0)
+    _, errors = process.communicate(timeout=TIMEOUT)
+    assert process.returncode == 0, errors
+    drawn = extract_walls(load_map(tmp_path / 'out' / 'run_000_map.yaml')).walls
+    corners = load_scenario('family').at(3).walls.segments[:, 0]
+    # 0.71 of a cell of 0.05 m in drawing, half a cell more in simplifying.
+    assert drawn.distance(corners).max() < 1.21 * 0.05
+
+
+def test_a_shipped_map_is_used_with_the_shipped_scenario_alone(repository, tmp_path):
+    shipped = repository / 'scenarios' / 'cross_path.yaml'
+    document = yaml.safe_load(shipped.read_text())
+    # A copy of the same name with a pillar more.
+    document['walls'].append([[2.0, 1.0], [2.5, 1.0], [2.5, 1.5]])
+    (tmp_path / 'cross_path.yaml').write_text(yaml.safe_dump(document))
+    drawn = tmp_path / 'out' / 'run_000_map.yaml'
+
+    assert map_of(load_scenario(shipped), drawn) == repository / 'maps' / 'cross_path.yaml'
+    assert map_of(load_scenario(tmp_path / 'cross_path.yaml'), drawn) == drawn
+    assert extract_walls(load_map(drawn)).walls.distance([[2.0, 1.0]]) < 0.05
+
+
 @pytest.mark.parametrize('sent, status', [
     (signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGKILL, -9)])
 def test_no_node_outlives_the_command(drive, corridor, sent, status):
@@ -141,7 +199,8 @@ def test_no_node_outlives_the_command(drive, corridor, sent, status):
 @pytest.mark.parametrize('arguments, told', [
     (('--scenario', 'atlantis'), 'atlantis'), (('--case', 'crowded'), 'crowded'),
     (('--model', 'no_such_model'), 'no_such_model'), (('--runs', '0'), '--runs'),
-    (('--speed', '0'), '--speed'), (('--runs', '2', '--name', 'demo'), '--name')])
+    (('--speed', '0'), '--speed'), (('--runs', '2', '--name', 'demo'), '--name'),
+    (('--beams', '1'), '--beams'), (('--json', '/dev/null/x'), '--json')])
 def test_what_cannot_be_driven_is_refused_before_anything_starts(
         tmp_path, capsys, arguments, told):
     try:

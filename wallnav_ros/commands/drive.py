@@ -18,6 +18,7 @@ Writes summary.json, a picture and the nodes' logs for every run (docs/drive.md)
 """
 
 import argparse
+from contextlib import contextmanager
 import json
 from pathlib import Path
 import signal
@@ -31,14 +32,15 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import String
 
-from wallnav_ros.commands.node_processes import Domain, NodeGroup, ProcessEnded
+from wallnav_ros.commands.arguments import natural, output_file, positive
+from wallnav_ros.commands.node_processes import Domain, NodeGroup, NodeRefused, ProcessEnded
 from wallnav_ros.evaluation.trajectory_figures import draw_trajectories
-from wallnav_ros.mapping.map_writer import write_map
 from wallnav_ros.nodes.topics import LATCHED, RELIABLE
 from wallnav_ros.policy.value_function import load_value_function
 from wallnav_ros.simulation.episodes import draw_episode
+from wallnav_ros.simulation.scenario import ScenarioError
 from wallnav_ros.simulation.scenarios import load_scenario
-from wallnav_ros.world.files import atomic_write, find_asset
+from wallnav_ros.world.files import atomic_write, find_asset, share_directory
 
 READY_TIMEOUT = 60.0       # s until every node must have started and found the others
 RESULT = ('outcome', 'time', 'path_length', 'min_gap_agent', 'min_gap_wall',
@@ -51,46 +53,51 @@ def main(arguments=None):
     out = Path(options.out)
     try:
         out.mkdir(parents=True, exist_ok=True)
-        find_asset('models', options.model, '.npz')
         load_value_function(find_asset('models', options.model, '.npz'))
         scenario = load_scenario(options.scenario)
         draw_episode(scenario, options.case, options.seed)
-        map_path = _map_of(scenario, out)
     except (OSError, ValueError) as error:
-        print(f'drive: {error}', file=sys.stderr)
-        return 2
-    # Noted, not raised: an exception in the midst of a fork is swallowed by Python.
-    asked = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda received, _: asked.append(received))
+        return _tell(error, 2)
+    runs, status = [], 0
     try:
-        runs = [_run(options, scenario, map_path, number, asked) for number in range(options.runs)]
-    except ProcessEnded as error:
-        print(f'drive: {error}', file=sys.stderr)
-        return 1
+        with _signals_noted() as asked:
+            for number in range(options.runs):
+                runs.append(_run(options, scenario, options.seed + number, asked))
+    except (NodeRefused, ScenarioError) as error:
+        status = _tell(error, 2)
+    except (ProcessEnded, OSError) as error:
+        status = _tell(error, 1)
     except _Asked:
-        return 128 + asked[0]
-    _write_summary(options, runs)
-    return 0 if all(run['outcome'] == 'goal' for run in runs) else 1
+        status = 128 + asked[0]
+    # What earlier runs gave is not lost with a later one.
+    if runs:
+        _write_summary(options, runs)
+    return status or int(any(run['outcome'] != 'goal' for run in runs))
+
+
+def _tell(error, status):
+    print(f'drive: {error}', file=sys.stderr)
+    return status
 
 
 def _parse(arguments):
     parser = argparse.ArgumentParser('drive', description=__doc__.strip().splitlines()[0])
     parser.add_argument('--scenario', default='cross_path', help='file, or a shipped name')
     parser.add_argument('--case', default='mixed', help='of the scenario')
-    parser.add_argument('--runs', type=_whole(1), default=1, help='crowds, each from its own seed')
-    parser.add_argument('--seed', type=_whole(0), default=1, help='of the first crowd')
+    parser.add_argument('--runs', type=positive, default=1, help='crowds, each from its own seed')
+    parser.add_argument('--seed', type=natural, default=1, help='of the first crowd')
     parser.add_argument('--out', required=True, help='folder for the results')
     parser.add_argument('--name', help='of the one run: writes NAME.png and NAME.json')
     parser.add_argument('--speed', type=float, default=1.0, help='simulated seconds per second')
     parser.add_argument('--model', default='wallnav', help='weight file, or a shipped name')
-    parser.add_argument('--beams', type=_whole(2), default=360, help='of the scanner')
+    parser.add_argument('--beams', type=_beams, default=360, help='of the scanner')
     parser.add_argument('--scan-rate', type=float, default=10.0, metavar='HZ')
     parser.add_argument('--odom-drift', type=float, default=0.0, metavar='FRACTION',
                         help='of the odometry, per metre and radian')
     parser.add_argument('--localisation-noise', type=float, nargs=2, default=[0.0, 0.0],
                         metavar=('M', 'RAD'), help='of the pose in the map')
-    parser.add_argument('--json', metavar='FILE', help='also write the summary here')
+    parser.add_argument('--json', metavar='FILE', type=output_file,
+                        help='also write the summary here')
     options = parser.parse_args(arguments)
     if options.name is not None and options.runs != 1:
         parser.error('--name is for a single run')
@@ -99,45 +106,59 @@ def _parse(arguments):
     return options
 
 
-def _whole(least):
-    def number(text):
-        if not text.isdecimal() or int(text) < least:
-            raise argparse.ArgumentTypeError(f'expected a whole number from {least} on: {text}')
-        return int(text)
-    return number
+def _beams(text):
+    if natural(text) < 2:
+        raise argparse.ArgumentTypeError(f'expected 2 or more, got {text}')
+    return int(text)
 
 
-def _map_of(scenario, out):
-    """Return the path of a map of the scenario's walls, drawn where none is shipped."""
-    if scenario.map_path is not None:
-        return scenario.map_path
+@contextmanager
+def _signals_noted():
+    """Yield a list that SIGINT and SIGTERM are added to for as long as the context lasts."""
+    # Noted, not raised: an exception in the midst of a fork is swallowed by Python.
+    asked = []
+    before = {number: signal.signal(number, lambda received, _: asked.append(received))
+              for number in (signal.SIGINT, signal.SIGTERM)}
     try:
-        return find_asset('maps', scenario.name, '.yaml')
-    except FileNotFoundError:
-        path = out / f'{scenario.name}_map.yaml'
-        write_map(path, scenario.polygons[:scenario.mapped])
-        return path
+        yield asked
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def map_of(world, drawn):
+    """Return the path of a map of a Scenario's walls, `drawn` where none is shipped."""
+    if world.map_path is not None:
+        return world.map_path
+    # By the file, not by the name in it: a copy with other walls may have kept that.
+    folder = share_directory()
+    shipped = folder / 'maps' / f'{world.path.stem}.yaml'
+    if world.path.resolve().parent == (folder / 'scenarios').resolve() and shipped.is_file():
+        return shipped
+    world.draw_map(drawn)
+    return drawn
 
 
 class _Asked(Exception):
     """The command was asked to end by a signal."""
 
 
-def _run(options, scenario, map_path, number, asked):
-    """Drive crowd `number` to its end; returns its entry of the summary."""
-    out, seed = Path(options.out), options.seed + number
-    name = options.name or f'run_{number:03d}'
+def _run(options, scenario, seed, asked):
+    """Drive crowd `seed` of a Scenario or Family to its end; returns its entry of the summary."""
+    out, world = Path(options.out), scenario.at(seed)
+    name = options.name or f'run_{seed - options.seed:03d}'
+    map_path = map_of(world, out / f'{name}_map.yaml')
     with Domain(), NodeGroup(out / f'{name}_logs') as nodes:
-        _start(nodes, options, scenario, map_path, seed)
+        _start(nodes, options, world, map_path, seed)
         with _Watcher(asked) as watcher:
             watcher.wait(lambda: watcher.ready, READY_TIMEOUT, nodes)
-            watcher.send_goal(scenario.goal)
+            watcher.send_goal(world.goal)
             # A machine too slow for --speed simulates slower, and is given the time for it.
-            limit = 30.0 + 4.0 * scenario.time_limit / min(options.speed, 1.0)
+            limit = 30.0 + 4.0 * world.time_limit / min(options.speed, 1.0)
             watcher.wait(lambda: watcher.episode.get('state') == 'ended', limit, nodes)
             report = watcher.episode
     result = {'seed': seed} | {key: report.get(key) for key in RESULT}
-    draw_trajectories(out / f'{name}.png', scenario.walls.segments, report['trajectories'],
+    draw_trajectories(out / f'{name}.png', world.walls.segments, report['trajectories'],
                       _title(options, result))
     if options.name:
         with atomic_write(out / f'{name}.json') as stream:
@@ -146,10 +167,10 @@ def _run(options, scenario, map_path, number, asked):
     return result
 
 
-def _start(nodes, options, scenario, map_path, seed):
+def _start(nodes, options, world, map_path, seed):
     sim_time = options.speed != 1.0
     nodes.start('simulator_node', {
-        'scenario': scenario.path, 'case': options.case, 'seed': seed,
+        'scenario': world.path, 'case': options.case, 'seed': seed,
         'speed': options.speed, 'wait_for_goal': True, 'beams': options.beams,
         'scan_rate': options.scan_rate, 'odom_drift': options.odom_drift,
         'localisation_noise': options.localisation_noise[0],
@@ -159,7 +180,7 @@ def _start(nodes, options, scenario, map_path, seed):
     nodes.start('policy_node', {
         'map': map_path, 'tracks_source': 'topic', 'use_sim_time': sim_time,
         'model': find_asset('models', options.model, '.npz').resolve(),
-        'robot_radius': scenario.radius, 'preferred_speed': scenario.preferred_speed})
+        'robot_radius': world.radius, 'preferred_speed': world.preferred_speed})
 
 
 class _Watcher:
@@ -238,7 +259,7 @@ def _write_summary(options, runs):
     reached = sum(run['outcome'] == 'goal' for run in runs)
     summary = {'scenario': options.scenario, 'case': options.case, 'model': options.model,
                'success_rate': reached / len(runs), 'runs': runs}
-    for path in [Path(options.out) / 'summary.json', *([options.json] if options.json else [])]:
+    for path in filter(None, (Path(options.out) / 'summary.json', options.json)):
         with atomic_write(path) as stream:
             json.dump(summary, stream, indent=2)
     latencies = [run['scan_to_command_ms_p50'] for run in runs

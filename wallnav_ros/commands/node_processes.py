@@ -34,6 +34,10 @@ class ProcessEnded(RuntimeError):
     """A node ended though nobody asked it to; the message says which, and its last line."""
 
 
+class NodeRefused(ProcessEnded):
+    """A node would not start with what it was given."""
+
+
 class Domain:
     """
     A ROS domain id that nobody else on this machine uses, as a context manager.
@@ -129,8 +133,10 @@ class NodeGroup:
         for name, process in self._running.items():
             if process.poll() is not None:
                 lines = (self._logs / f'{name}.log').read_text(errors='replace').splitlines()
-                raise ProcessEnded(f'{name} ended with status {process.returncode}: '
-                                   f'{lines[-1] if lines else "no output"}')
+                # Their exit statuses are those of `nodes.runner`.
+                kind = NodeRefused if process.returncode == 2 else ProcessEnded
+                raise kind(f'{name} ended with status {process.returncode}: '
+                           f'{lines[-1] if lines else "no output"}')
 
 
 _LIBC = ctypes.CDLL(None, use_errno=True)
