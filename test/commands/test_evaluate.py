@@ -218,7 +218,7 @@ def test_a_folder_that_cannot_be_written_is_refused_before_any_work(scenario, tm
 @pytest.mark.parametrize('arguments', [
     ['--episodes', '0'], ['--episodes', 'many'], ['--seed', '-1'], ['--seed', '1.5'],
     ['--workers', '0'], ['--horizons', '0'], ['--caution', '-1'], ['--figures', '-1'],
-    ['--colour']])
+    ['--json', '/dev/null/x'], ['--colour']])
 def test_bad_usage_ends_with_status_2(arguments, tmp_path, capsys):
     with pytest.raises(SystemExit) as caught:
         main(['--out', str(tmp_path), *arguments])

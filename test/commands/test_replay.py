@@ -177,6 +177,28 @@ def refused(capsys, tmp_path):
     return run
 
 
+def test_a_robot_with_nowhere_to_go_decides_nothing(bag, hall_map, tmp_path):
+    assert main([bag, '--map', hall_map, *AT, '--initial-pose', *map(str, START),
+                 '--goal', '1e5', '0', '--out', str(tmp_path)]) == 0
+
+    summary = json.loads((tmp_path / 'summary.json').read_text())
+    assert summary['decisions'] == {'goal_refused': 1}
+    assert summary['decision_ms_p50'] is None and summary['scan_ms_p50'] > 0.0
+
+
+def test_a_map_too_large_to_be_used_is_refused(refused, bag, tmp_path):
+    image = np.full((900, 900), 254, np.uint8)
+    image[[0, -1]] = 0
+    cv2.imwrite(str(tmp_path / 'world.png'), image)
+    (tmp_path / 'world.yaml').write_text(
+        'image: world.png\nresolution: 1.0\norigin: [0, 0, 0]\nnegate: 0\n'
+        'occupied_thresh: 0.65\nfree_thresh: 0.196\n')
+
+    line = refused(bag, *AT, '--map', tmp_path / 'world.yaml')
+
+    assert line.startswith('replay: --map: walls span 902 m x 902 m: too many nodes')
+
+
 def test_input_that_cannot_be_used_gives_one_line_and_status_2(refused, bag, tmp_path):
     broken = tmp_path / 'broken.npz'
     broken.write_bytes(b'not weights')
@@ -206,7 +228,8 @@ def test_a_bag_whose_scans_cannot_be_placed_is_refused(refused, tmp_path):
 
 @pytest.mark.parametrize('arguments', [
     ['--goal', 'nan', '0'], ['--goal', '1'], ['--laser-pose', '1', '2', 'inf'],
-    ['--robot-radius', '0'], ['--preferred-speed', '-1'], ['--bogus']])
+    ['--robot-radius', '0'], ['--preferred-speed', '-1'], ['--bogus'],
+    ['--initial-pose', '0', '0', '0']])
 def test_bad_usage_gives_status_2(bag, tmp_path, arguments, capsys):
     with pytest.raises(SystemExit) as caught:
         main([bag, *arguments, '--out', str(tmp_path / 'out')])

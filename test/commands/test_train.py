@@ -18,6 +18,7 @@ Paper algorithm 1, in small.
 """
 
 import csv
+import json
 
 import numpy as np
 import pytest
@@ -59,6 +60,19 @@ def test_a_configuration_becomes_weights(config, tmp_path, capsys):
     assert weights.metadata['training']['episodes'] == 4
     assert capsys.readouterr().out.splitlines()[-1] == (
         f'best weights: {tmp_path / "out" / "tiny.npz"}')
+
+
+def test_the_result_may_be_had_for_a_machine(config, tmp_path):
+    out, told = tmp_path / 'out', tmp_path / 'told' / 'result.json'
+
+    assert main(['--config', str(config), '--out', str(out), '--json', str(told)]) == 0
+
+    document = json.loads(told.read_text())
+    assert document['weights'] == str(out / 'tiny.npz')
+    assert document['episodes'] == 4
+    last = document['evaluations'][-1]
+    assert (last['episodes'], last['case']) == (4, 'none')
+    assert 0.0 <= last['goal'] <= 1.0
 
 
 def test_a_finished_run_may_be_resumed(config, tmp_path):

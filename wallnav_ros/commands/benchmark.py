@@ -26,6 +26,7 @@ import tempfile
 from tqdm import tqdm
 
 from wallnav_ros.commands import drive
+from wallnav_ros.commands.arguments import output_file
 from wallnav_ros.evaluation import stages
 from wallnav_ros.evaluation.episodes import load_policy
 from wallnav_ros.policy.value_function import load_value_function, WeightsError
@@ -36,7 +37,8 @@ def parse(arguments):
     """Return the parsed command line."""
     parser = argparse.ArgumentParser('benchmark', description=__doc__.strip().splitlines()[0])
     parser.add_argument('--model', default='wallnav', help='weight file, or a shipped name')
-    parser.add_argument('--json', metavar='FILE', help='also write the figures here')
+    parser.add_argument('--json', metavar='FILE', type=output_file,
+                        help='also write the figures here')
     parser.add_argument('--without-dds', action='store_true',
                         help='leave out the run of real nodes, which takes half a minute')
     return parser.parse_args(arguments)

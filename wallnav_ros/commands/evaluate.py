@@ -23,7 +23,7 @@ import json
 from pathlib import Path
 import sys
 
-from wallnav_ros.commands.arguments import natural, positive
+from wallnav_ros.commands.arguments import natural, output_file, positive
 from wallnav_ros.evaluation.comparison import compare, comparison_markdown
 from wallnav_ros.evaluation.episodes import Campaign, load_policy, run_campaigns
 from wallnav_ros.evaluation.tables import markdown, summarise, write_episodes
@@ -59,24 +59,31 @@ def parse(arguments):
                         help='episodes of each cell to draw (default: 6)')
     parser.add_argument('--out', required=True, help='folder for the results')
     parser.add_argument('--workers', type=positive, default=1, help='processes')
-    parser.add_argument('--json', metavar='FILE', help='also write the summary here')
+    parser.add_argument('--json', metavar='FILE', type=output_file,
+                        help='also write the summary here')
     return parser.parse_args(arguments)
 
 
 def main(arguments=None):
     """Run the command; returns its exit status."""
     options = parse(arguments)
-    out, models = Path(options.out), options.model or ['wallnav']
     try:
         # First: a folder that cannot be written should not cost an evaluation.
-        out.mkdir(parents=True, exist_ok=True)
-        for model in models:
-            load_policy(model, options.horizons, options.caution)
-        campaigns = [campaign for model in models for campaign in _campaigns(options, model)]
-        results = run_campaigns(campaigns, options.workers)
+        Path(options.out).mkdir(parents=True, exist_ok=True)
+        _evaluate(options, options.model or ['wallnav'])
     except (OSError, ScenarioError, WeightsError) as error:
         print(f'evaluate: {error}', file=sys.stderr)
         return 2
+    return 0
+
+
+def _evaluate(options, models):
+    """Measure `models`, and write and print what came out."""
+    out = Path(options.out)
+    for model in models:
+        load_policy(model, options.horizons, options.caution)
+    campaigns = [campaign for model in models for campaign in _campaigns(options, model)]
+    results = run_campaigns(campaigns, options.workers)
     cells = len(campaigns) // len(models)
     parts = [slice(start, start + cells) for start in range(0, len(campaigns), cells)]
     summaries = [
@@ -94,7 +101,6 @@ def main(arguments=None):
         print(tables)
     if options.json:
         _write(options.json, json.dumps(summary, indent=2))
-    return 0
 
 
 def _campaigns(options, model):

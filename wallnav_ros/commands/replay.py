@@ -29,6 +29,7 @@ from time import perf_counter
 import numpy as np
 from tqdm import tqdm
 
+from wallnav_ros.commands.arguments import above_zero, finite, output_file, output_folder
 from wallnav_ros.evaluation.ground_truth import load_ground_truth
 from wallnav_ros.evaluation.recordings import Recording, RecordingError
 from wallnav_ros.evaluation.replay import replay_recording
@@ -68,41 +69,32 @@ def _parse(arguments):
         prog='replay', description='Replay a recorded bag through tracker and policy.')
     parser.add_argument('bag', metavar='BAG_DIR', help='rosbag2 folder (sqlite3 or mcap)')
     parser.add_argument('--map', metavar='MAP.yaml', help='map of the place')
-    parser.add_argument('--initial-pose', nargs=3, type=_number, metavar=('X', 'Y', 'YAW'),
+    parser.add_argument('--initial-pose', nargs=3, type=finite, metavar=('X', 'Y', 'YAW'),
                         help='of the robot in the map at the start (default: found by matching)')
-    parser.add_argument('--goal', nargs=2, type=_number, metavar=('X', 'Y'),
+    parser.add_argument('--goal', nargs=2, type=finite, metavar=('X', 'Y'),
                         help='metres; in the map where the robot is located in it, else in the '
                              'odometry frame (default: where the robot ended)')
     parser.add_argument('--scan-topic', metavar='T', help='default: the only LaserScan')
     parser.add_argument('--odom-topic', metavar='T', help='default: the only Odometry')
-    parser.add_argument('--laser-pose', nargs=3, type=_number, metavar=('X', 'Y', 'YAW'),
+    parser.add_argument('--laser-pose', nargs=3, type=finite, metavar=('X', 'Y', 'YAW'),
                         help='of the laser on the robot (default: from the tf in the bag)')
     parser.add_argument('--ground-truth', metavar='FILE.csv', help='annotated people')
     parser.add_argument('--model', default='wallnav', metavar='NAME_OR_FILE',
                         help='weights of the policy (default: %(default)s)')
-    parser.add_argument('--robot-radius', type=_positive, default=NavigatorSettings.radius,
+    parser.add_argument('--robot-radius', type=above_zero, default=NavigatorSettings.radius,
                         metavar='M',
                         help='default: %(default)s')
-    parser.add_argument('--preferred-speed', type=_positive, metavar='M/S',
+    parser.add_argument('--preferred-speed', type=above_zero, metavar='M/S',
                         default=NavigatorSettings.preferred_speed,
                         help='default: %(default)s')
-    parser.add_argument('--out', required=True, metavar='DIR', type=Path)
-    parser.add_argument('--json', metavar='FILE', help='write summary.json here as well')
-    return parser.parse_args(arguments)
-
-
-def _number(text):
-    value = float(text)
-    if not np.isfinite(value):
-        raise argparse.ArgumentTypeError(f'{text} is not a finite number')
-    return value
-
-
-def _positive(text):
-    value = _number(text)
-    if value <= 0.0:
-        raise argparse.ArgumentTypeError(f'{text} is not above zero')
-    return value
+    parser.add_argument('--out', required=True, metavar='DIR', type=output_folder,
+                        help='folder for the results')
+    parser.add_argument('--json', metavar='FILE', type=output_file,
+                        help='write summary.json here as well')
+    options = parser.parse_args(arguments)
+    if options.initial_pose and not options.map:
+        parser.error('--initial-pose is a pose in the map: give --map too')
+    return options
 
 
 def _replay(options):
@@ -154,7 +146,9 @@ def _figures(replay, seconds):
         'seconds': round(seconds, 3), 'real_time_factor': round(duration / seconds, 1)}
     for name, spent in (('scan', replay.scan_ms), ('decision', replay.decision_ms)):
         for share in (50, 99):
-            figures[f'{name}_ms_p{share}'] = round(float(np.percentile(spent, share)), 3)
+            # A robot that has nowhere to go decides nothing.
+            figures[f'{name}_ms_p{share}'] = (
+                round(float(np.percentile(spent, share)), 3) if len(spent) else None)
     return figures
 
 

@@ -18,10 +18,12 @@ Paper algorithm 1; see docs/learning.md.
 """
 
 import argparse
+import json
 from pathlib import Path
 import sys
 
-from wallnav_ros.world.files import find_asset
+from wallnav_ros.commands.arguments import output_file
+from wallnav_ros.world.files import atomic_write, find_asset
 
 
 def parse(arguments):
@@ -37,6 +39,8 @@ def parse(arguments):
                         help='settings that replace what the file says, such as reward=R1 or '
                              '"without=[walls]"')
     parser.add_argument('--device', default='cpu', help='torch device (default: cpu)')
+    parser.add_argument('--json', metavar='FILE', type=output_file,
+                        help='write there where the best weights are and every evaluation')
     return parser.parse_args(arguments)
 
 
@@ -57,7 +61,13 @@ def main(arguments=None):
                                  options.set)
         device = prepare_device(options.device)
         Path(options.out).mkdir(parents=True, exist_ok=True)
-        weights = Trainer(settings, options.out, device).run(resume=options.resume)
+        trainer = Trainer(settings, options.out, device)
+        weights = trainer.run(resume=options.resume)
+        if options.json:
+            with atomic_write(options.json) as stream:
+                json.dump({'weights': str(weights), **trainer.counts,
+                           'evaluations': trainer.rows['evaluation']}, stream, indent=2,
+                          default=float)
     except (OSError, SettingsError, ScenarioError, CheckpointError, DeviceError) as error:
         print(f'train: {error}', file=sys.stderr)
         return 2

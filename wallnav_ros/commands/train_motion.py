@@ -18,12 +18,9 @@ Its weights are what `train` hands to the policy it trains (docs/learning.md).
 """
 
 import argparse
-from pathlib import Path
 import sys
 
-from wallnav_ros.commands.arguments import natural, positive
-from wallnav_ros.learning.motion import train_motion
-from wallnav_ros.learning.trainer import TrainingDiverged
+from wallnav_ros.commands.arguments import natural, output_file, positive
 from wallnav_ros.policy.motion_weights import save_motion
 from wallnav_ros.simulation.scenario import ScenarioError
 from wallnav_ros.world.files import atomic_write
@@ -35,10 +32,11 @@ def parse(arguments):
                                      description=__doc__.strip().splitlines()[0])
     parser.add_argument('--scenario', nargs='+', default=['curve_path', 'cross_path', 'family'],
                         help='scenario files or short names whose crowds are watched')
-    parser.add_argument('--crowds', type=positive, default=6000, help='that are watched')
-    parser.add_argument('--epochs', type=positive, default=12)
+    parser.add_argument('--crowds', type=positive, default=12000, help='that are watched')
+    parser.add_argument('--epochs', type=positive, default=14)
     parser.add_argument('--seed', type=natural, default=0)
-    parser.add_argument('--out', required=True, metavar='FILE', help='weights (.npz)')
+    parser.add_argument('--out', required=True, metavar='FILE', type=output_file,
+                        help='weights (.npz)')
     return parser.parse_args(arguments)
 
 
@@ -46,9 +44,16 @@ def main(arguments=None):
     """Run the command; returns its exit status."""
     options = parse(arguments)
     try:
+        from wallnav_ros.learning.motion import train_motion
+        from wallnav_ros.learning.trainer import TrainingDiverged
+    except ModuleNotFoundError as error:
+        print(f'train_motion: {error.name} is not installed: pip install {error.name}',
+              file=sys.stderr)
+        return 2
+    try:
         model = train_motion(options.scenario, options.crowds, options.epochs, options.seed)
         save_motion(model, options.out)
-        with atomic_write(Path(options.out).with_suffix('.md')) as stream:
+        with atomic_write(options.out.with_suffix('.md')) as stream:
             stream.write(card(model.training))
     except (OSError, ScenarioError) as error:
         print(f'train_motion: {error}', file=sys.stderr)

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wallnav_ros.evaluation.recordings import RecordingError
 from wallnav_ros.evaluation.replay import Stage
 from wallnav_ros.evaluation.survey import Survey
 from wallnav_ros.mapping.distance_field import distance_field
@@ -64,13 +65,18 @@ def set_stage(survey: Survey, settings=NavigatorSettings(), walls=None, initial_
     walls: Walls of a map, or None. initial_pose: (3,) of the robot's base in the map at the
     start; None has it found by matching scans to the walls, and the map left out when that is
     not certain. goal: (2,) in the state frame; None takes where the robot ended.
+
+    Raises RecordingError where the walls are too far apart to be used.
     """
     warnings = _doubts(survey)
     summary = {'laser_pose': _rounded(survey.mount.pose), 'laser_pose_from': survey.mount_source,
                'laser_upside_down': survey.mount.upside_down}
     map_from_odom = field = None
     if walls is not None:
-        field = distance_field(walls)
+        try:
+            field = distance_field(walls)
+        except ValueError as error:
+            raise RecordingError(f'--map: {error}') from None
         map_from_odom, summary['map'] = _locate(survey, field, initial_pose)
         if map_from_odom is None:
             walls = field = None
