@@ -56,6 +56,30 @@ def test_depth_is_the_margin_on_either_side_of_a_surface():
     assert occupied == [False, True, True, False]
 
 
+def test_a_turning_laser_sees_each_place_by_the_beam_that_swept_it():
+    # 91 beams from -45 to 45 degrees while the laser turns by 45 more: beam 60 points at 15
+    # degrees when the laser has turned by 30, and so towards 45.
+    ranges = np.full(91, 4.0)
+    ranges[60] = 2.0
+    view = make_view(scan_of(ranges, -45.0 * STEP), ORIGIN, CLEAR,
+                     np.array([0.0, 0.0, np.radians(45.0)]))
+    places = 2.0 * np.array([[np.cos(bearing), np.sin(bearing)]
+                             for bearing in np.radians([45.0, 15.0])])
+    free, occupied = look_up([view], scan_of(ranges, -45.0 * STEP), places, 0.01, 0.1, 0.0)
+    assert occupied[0].tolist() == [True, False]
+    assert free[0].tolist() == [False, True]
+
+
+def test_a_moving_laser_sees_from_the_middle_of_its_way():
+    # Ahead of x = 0.5, where it was halfway, the wall is 4 m away.
+    scan = wall_ahead(4.0)
+    view = make_view(scan, ORIGIN, CLEAR, np.array([1.0, 0.0, 0.0]))
+    places = np.array([[4.5, 0.0], [4.0, 0.0]])
+    free, occupied = look_up([view], scan, places, 0.01, 0.1, 0.0)
+    assert occupied[0].tolist() == [True, False]
+    assert free[0].tolist() == [False, True]
+
+
 def test_slack_widens_the_margin_with_distance():
     # 0.1 m and 0.05 rad times 3.75 m are 0.2875 m; 4 - 3.75 is less.
     assert ask(wall_ahead(4.0), [[3.75, 0.0]])[0] == [True]

@@ -24,6 +24,7 @@ import motmetrics
 import numpy as np
 
 from wallnav_ros.evaluation.recordings import ScanRecord
+from wallnav_ros.perception.detection import place_beams
 from wallnav_ros.perception.odometry_buffer import PoseBuffer
 from wallnav_ros.perception.tracking import Tracker
 from wallnav_ros.world.geometry import compose, to_child
@@ -39,7 +40,7 @@ class TrackedScan:
     One scan of a recording and the tracks after it, all in the laser's frame at its stamp.
 
     bag_time, stamp: s. pose: (3,) of the laser in the odometry's frame, zero without one.
-    points: (P, 2) beam ends. ids, label: (N,). position: (N, 2) m.
+    points: (P, 2) beam ends, straightened. ids, label: (N,). position: (N, 2) m.
     """
 
     bag_time: float
@@ -96,7 +97,7 @@ def track_recording(recording, mount, settings=None):
             pose = compose(base, mount)
             tracks = tracker.update(
                 scan, pose, end_pose=None if end is None else compose(end, mount))
-        tracked.append(_in_laser_frame(record, pose, tracks))
+        tracked.append(_in_laser_frame(record, pose, tracks, tracker))
     return tracked
 
 
@@ -154,9 +155,9 @@ def longest_stray(tracked):
     return longest
 
 
-def _in_laser_frame(record, pose, tracks):
+def _in_laser_frame(record, pose, tracks, tracker):
     scan = record.scan
-    angles, ranges = scan.angles[scan.hits], scan.ranges[scan.hits]
-    points = ranges[:, None] * np.stack((np.cos(angles), np.sin(angles)), axis=1)
+    # As the tracker saw them: a turning laser's raw beam ends lie up to metres beside.
+    points = place_beams(scan, scan.hits, tracker.sweep, tracker.settings)[1]
     return TrackedScan(record.bag_time, scan.stamp, pose, points, tracks.id, tracks.label,
                        to_child(pose, tracks.position))

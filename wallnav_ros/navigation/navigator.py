@@ -41,7 +41,8 @@ class Navigator:
 
     All times are seconds of the clock in use, given with every call. Whatever cannot be used
     is counted by its reason in `rejected` and otherwise ignored.
-    plan: the newest Plan, or None. map_fault: the Stop that the map calls for, or None.
+    tracker: what follows things from scan to scan. plan: the newest Plan, or None. map_fault: the
+    Stop that the map calls for, or None.
     """
 
     def __init__(self, lookahead, tracker, settings=NavigatorSettings(), localisation=None):
@@ -55,7 +56,7 @@ class Navigator:
         if settings.tracks_given:
             self.feeds['tracks'] = Feed('tracks')
         self.plan = self.map_fault = None
-        self._driver, self._tracker = Driver(lookahead, settings), tracker
+        self._driver, self.tracker = Driver(lookahead, settings), tracker
         self._due = -np.inf
         self.set_settings(settings)
 
@@ -156,10 +157,10 @@ class Navigator:
             return False
         self.feeds['scan'].arrived(scan.stamp, now)
         laser = compose(base, self.laser_pose)
-        self.scene.take_scan(scan, laser)
+        place.refine(scan.stamp, laser, self.scene.take_scan(scan, laser), self.walls)
         if not self.settings.tracks_given:
             end = place.odom_pose(scan.stamp + scan.sweep_time)
-            self.scene.tracks = self._tracker.update(
+            self.scene.tracks = self.tracker.update(
                 scan, laser, walls=place.walls_in_odom(self.walls),
                 covariance=place.covariance_at(laser[:2]),
                 end_pose=laser if end is None else compose(end, self.laser_pose))
@@ -201,7 +202,8 @@ class Navigator:
             stop = self.plan.stop
         if stop is None:
             period = self.loop.period
-            near = self.scene.observe_near(self._robot(now), now, self._driver.reach(period))
+            near = self.scene.observe_near(self._robot(now), now, self._driver.reach(period),
+                                           self.settings.base.clearance)
             command = self._driver.follow(self.plan, near, now, period)
             if command is not None:
                 return Status(command, 'waiting' if self.plan.waits else 'driving', None)

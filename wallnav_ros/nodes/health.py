@@ -71,6 +71,7 @@ def navigation_status(name, navigator, status, now, latencies, faults):
     values['state_frame'] = place.state_frame
     values['localisation_jump'] = f'{place.last_jump:.3f}'
     values['tracks'] = 0 if navigator.tracks is None else len(navigator.tracks)
+    values['beams_reversed'] = ', '.join(navigator.tracker.reversed_sensors) or 'none'
     values['walls'] = 'none' if navigator.walls is None else 'from the map'
     values.update(_way(navigator))
     values['clock_jumps'] = navigator.clock.jumps

@@ -133,7 +133,12 @@ class ScanTrackerNode(Node):
             self.rejected[f'{topic}: no odometry at its stamp'] += 1
             return
         self._scans += 1
+        before = self.tracker.reversed_sensors
         self._tracks = self.tracker.update(scan, sensor=topic, **place)
+        if self.tracker.reversed_sensors != before:
+            self.get_logger().warning(
+                f'{topic}: its beams fit earlier scans only if taken in the order opposite to '
+                'what the message says, and are straightened so')
         if self._has_odometry:
             self._frame = self.place.odom_frame
         else:
@@ -180,6 +185,7 @@ class ScanTrackerNode(Node):
         values = {'scans': self._scans, 'odometry_count': self._odometry, 'tracks': total,
                   'humans': people, 'frame': self._frame,
                   'walls': 'none' if walls is None else 'subtracted',
+                  'beams_reversed': ', '.join(self.tracker.reversed_sensors) or 'none',
                   'resets': self.tracker.resets, 'rejected': sum(self.rejected.values()),
                   **self._latency.values('scan_to_tracks'),
                   **{f'rejected {reason}': count for reason, count in self.rejected.items()}}

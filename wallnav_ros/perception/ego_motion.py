@@ -35,6 +35,8 @@ class EgoMotion:
     that gets wrong; without, the caller's frame is the robot's own and this is its motion.
     rate: (3,) m/s, m/s, rad/s of the robot, in its own frame at the time.
     certain: bool, the last scan agreed with earlier ones.
+    misfit: share of the last scan that lies beside what earlier ones saw; None where it was not
+    compared, or too little of it.
     """
 
     def __init__(self, settings):
@@ -42,6 +44,7 @@ class EgoMotion:
         self.correction = np.zeros(3)
         self.rate = np.zeros(3)
         self.certain = False
+        self.misfit = None
         self._last = {}
         self._references = {}
 
@@ -68,11 +71,11 @@ class EgoMotion:
         earlier, corrected = self._last.get(sensor, (given, self.correction))
         step = compose(invert(earlier), given)
         reference = self._references.setdefault(sensor, _Reference(self.settings))
-        pose, self.certain = prior, True
+        pose, self.certain, self.misfit = prior, True, None
         if not known or not len(reference) or np.hypot(step[0], step[1]) + abs(step[2]) > 1e-3:
             spread = self._spread(step, known, elapsed)
             points = self._standing(points, people, prior)
-            matched, share = reference.match(points, prior, spread)
+            matched, share, self.misfit = reference.match(points, prior, spread)
             self.certain = matched is not None
             if matched is not None:
                 pose = matched
@@ -88,6 +91,10 @@ class EgoMotion:
             self.rate = step / interval
         self._last[sensor] = given, self.correction
         return pose
+
+    def forget(self, sensor):
+        """Forget the key scans of a scanner, not where it is."""
+        self._references.pop(sensor, None)
 
     def _standing(self, points, people, pose):
         """Return those of `points` (P, 2) of the laser at `pose` that are not on `people`."""
@@ -140,13 +147,13 @@ class _Reference:
 
     def match(self, points, prior, spread):
         """
-        Return (pose (3,) or None, share of the points explained) near `prior` (3,).
+        Return (pose (3,) or None, share of points explained, misfit or None) near `prior` (3,).
 
         spread: (3,) standard deviations of the prior, along x, y and yaw.
         """
         points = points[::max(1, len(points) // self.settings.match_points)]
         if self._tree is None or len(points) < 20:
-            return None, 0.0
+            return None, 0.0, None
         pose, information = prior.copy(), np.diag(1.0 / spread ** 2)
         reach = 0.2 + 3.0 * spread[0] + 2.0 * spread[2]
         for _ in range(12):
@@ -154,7 +161,7 @@ class _Reference:
             gap, index = self._tree.query(placed, distance_upper_bound=reach)
             near = np.flatnonzero(np.isfinite(gap))
             if len(near) < 20:
-                return None, 0.0
+                return None, 0.0, None
             error, weight, jacobian = self._linearise(placed, pose, near, index[near])
             offset = pose - prior
             offset[2] = wrap_angle(offset[2])
@@ -178,17 +185,19 @@ class _Reference:
         return error, 1.0 / (noise ** 2 + error ** 2), jacobian
 
     def _judge(self, points, placed, near, error, pose):
-        """Return the pose if enough of the scan lies, widely spread, on the reference."""
-        good = near[np.abs(error) < 3.0 * self.settings.match_noise]
+        """Return what `match` does; a pose if enough lies, widely spread, on the reference."""
+        noise = self.settings.match_noise
+        good = near[np.abs(error) < 3.0 * noise]
+        misfit = 1.0 - np.sum(noise ** 2 / (noise ** 2 + error ** 2)) / len(points)
         share = len(good) / len(points)
         # Half-metre cells with a surface in them: a person alone fills two or three.
         cell = np.floor(2.0 * placed[good])
         held = np.unique(cell[:, 0] * _CELLS + cell[:, 1], return_counts=True)[1]
         few = len(good) < 50 or (held > 2).sum() < 5
         if few or share < self.settings.match_share:
-            return None, share
+            return None, share, misfit
         pose[2] = wrap_angle(pose[2])
-        return pose, share
+        return pose, share, misfit
 
 
 def _normals(points):

@@ -92,6 +92,14 @@ class TrackerSettings:
     key_turn: float = 0.35
     """rad; after that, a third of a scanner's view is new."""
 
+    # Order of the beams.
+    order_turn: float = 0.02
+    """rad in a scan; less bends it by no more than range noise at five metres."""
+    order_proof: float = 2.0
+    """scans of which nothing fits as told and all the other way: 20, if it is a tenth each."""
+    order_patience: int = 100
+    """turning scans; who has not been refuted by then is right."""
+
     # Motion.
     acceleration_noise: float = 0.4
     """m/s^2 over root Hz; people change their velocity by about 0.4 m/s within a second."""

@@ -71,6 +71,11 @@ class TrackTable:
         for name in self.COLUMNS:
             setattr(self, name, getattr(self, name)[which])
 
+    def unlabel(self):
+        """Forget everything that spoke for or against a track's being human."""
+        self.motion, self.proof = np.zeros(len(self)), np.zeros(len(self))
+        self.human = np.zeros(len(self), dtype=bool)
+
     def add(self, position, radius, pair, stamp, settings):
         """Start a track at rest on each of `position` (K, 2); `pair` (K,) where on two legs."""
         count = len(position)

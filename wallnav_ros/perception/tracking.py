@@ -20,6 +20,7 @@ Constant-velocity Kalman filters with optimal assignment (Bar-Shalom and Li 1995
 import numpy as np
 
 from wallnav_ros.perception.association import associate
+from wallnav_ros.perception.beam_order import BeamOrder
 from wallnav_ros.perception.classification import find_gait, settle_labels, weigh_motion
 from wallnav_ros.perception.detection import detect, judge_points, place_beams
 from wallnav_ros.perception.ego_motion import EgoMotion
@@ -37,14 +38,23 @@ class Tracker:
     Follows the things a scanner sees; one `update` per scan, in the order of their stamps.
 
     resets: how often the memory was wiped because time ran backwards or a gap was too long.
+    sweep: (3,) the laser's motion from the first beam of the last scan to its last beam, in its
+    frame at the first, with the sign in which the scan was straightened.
     """
 
     def __init__(self, settings=TrackerSettings()):
         self.settings = settings
         self.resets = 0
+        self.sweep = np.zeros(3)
+        self._orders = {}
         self._table = TrackTable()
         self._known = False
         self._forget()
+
+    @property
+    def reversed_sensors(self):
+        """Return the names of the scanners whose beams fit only the other way round."""
+        return sorted(name for name, order in self._orders.items() if order.sign < 0.0)
 
     def update(self, scan, pose=None, walls=None, covariance=None, end_pose=None,
                odometry=True, sensor='scan'):
@@ -68,12 +78,17 @@ class Tracker:
         before, interval = self._take_turn(sensor, scan.stamp)
         table.predict(elapsed, settings)
         given = np.zeros(3) if pose is None else np.asarray(pose, dtype=float)
-        sweep = self._sweep(scan, given, known, end_pose)
+        told = self._sweep(scan, given, known, end_pose)
+        order = self._orders.setdefault(sensor, BeamOrder(settings))
+        self.sweep = sweep = order.sign * told
         body = self._bodies.setdefault(sensor, OwnBody(settings))
         own = body.find(scan, self._motion.rate * interval)
         hits, local = place_beams(scan, ~own, sweep, settings)
         people = table.position[table.human]
         pose = self._motion.locate(local, people, given, known, elapsed, interval, sensor)
+        if order.weigh(scan, ~own, told, self._motion.misfit, people, given, known, interval,
+                       sensor):
+            self._unlearn(sensor)
         if walls is not None and known and len(hits):
             open_space = ~lie_on_walls(
                 to_parent(given, local), given[:2], walls, covariance, settings)
@@ -81,7 +96,7 @@ class Tracker:
         points = to_parent(pose, local)
         memory = self._views.setdefault(
             sensor, ViewMemory(settings.view_spacing, settings.view_count))
-        view = make_view(scan, compose(pose, 0.5 * sweep), settings.clear_range)
+        view = make_view(scan, pose, settings.clear_range, sweep)
         earlier = memory.older_than(scan.stamp - settings.view_age, view)
         evidence = judge_points(points, scan, earlier, settings)
         seen = detect(scan, hits, points, pose, evidence, people, settings)
@@ -119,7 +134,15 @@ class Tracker:
         self._views, self._bodies, self._turns = {}, {}, {}
         self._turn = 0
         self._motion = EgoMotion(self.settings)
+        for order in self._orders.values():
+            order.restart()
         self._stamp = None
+
+    def _unlearn(self, sensor):
+        """Forget what the bent scans of a scanner showed: things stay, as to what they are."""
+        self._motion.forget(sensor)
+        self._views.pop(sensor, None)
+        self._table.unlabel()
 
     def _sweep(self, scan, given, known, end_pose):
         """Return the laser's motion (3,) from the first beam to the last, in its first frame."""

@@ -22,6 +22,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from wallnav_ros.world.geometry import to_parent
+
 # Half widths, in beams, of the windows that stand for a margin in metres across the beam: each
 # twice the one before, so that a window is the least of two of the size before.
 _WINDOWS = (1, 2, 4, 8, 16)
@@ -32,20 +34,23 @@ class View:
     """
     A scan as a lookup table: the free depth and the surfaces within a window of each beam.
 
-    stamp: seconds; pose: (3,) of the laser in the tracking frame.
+    stamp: seconds; pose: (3,) of the laser in the tracking frame, its yaw at the first beam.
+    step: radians from beam to beam, in that frame: what a turning laser sweeps is stretched.
     depths: (L, B, 3) float32, metres, for L widths of the window: what every beam in it passes
         through, 0 where one is unknown; its nearest surface, inf without; its farthest, -inf.
     """
 
     stamp: float
     pose: np.ndarray
+    step: float
     depths: np.ndarray
 
 
-def make_view(scan, pose, clear_range):
+def make_view(scan, pose, clear_range, sweep=np.zeros(3)):
     """
-    Return the View of `scan` taken from `pose` (3,).
+    Return the View of `scan` from a laser at `pose` (3,) that moved by `sweep` (3,) meanwhile.
 
+    `pose` is that at the first beam, `sweep` the last beam's relative to it.
     A beam without a return counts as free up to `clear_range` metres: beyond it, dark or
     slanting things may return nothing.
     """
@@ -66,7 +71,9 @@ def make_view(scan, pose, clear_range):
             least = np.minimum(least[:-2 * reach], least[2 * reach:])
         depths[number] = least[widest - half:widest - half + beams]
     np.negative(depths[..., 2], out=depths[..., 2])
-    return View(scan.stamp, np.asarray(pose, float), depths)
+    middle = to_parent(pose, 0.5 * sweep[:2])
+    return View(scan.stamp, np.array([*middle, pose[2]]),
+                scan.angle_increment + sweep[2] / max(beams - 1, 1), depths)
 
 
 def look_up(views, scan, points, lateral, depth, slack):
@@ -85,7 +92,8 @@ def look_up(views, scan, points, lateral, depth, slack):
     poses = np.array([view.pose for view in views], dtype=np.float32)[:, None]
     x, y = points[:, 0] - poses[..., 0], points[:, 1] - poses[..., 1]
     distance = np.sqrt(x * x + y * y)
-    index, seen = _beams_towards(np.arctan2(y, x) - poses[..., 2], scan)
+    step = np.array([view.step for view in views], dtype=np.float32)[:, None]
+    index, seen = _beams_towards(np.arctan2(y, x) - poses[..., 2], scan, step)
     row = _windows(distance * abs(scan.angle_increment), lateral) * len(scan.ranges) + index
     depths = np.empty((*row.shape, 3), dtype=np.float32)
     for view, rows, found in zip(views, row, depths):
@@ -96,14 +104,17 @@ def look_up(views, scan, points, lateral, depth, slack):
     return free, occupied & seen
 
 
-def _beams_towards(bearing, scan):
-    """Return the beams (...) int of `scan` towards `bearing` (...), and bool where it has one."""
-    step = scan.angle_increment
-    if not step:
+def _beams_towards(bearing, scan, step):
+    """
+    Return the beams (...) int of `scan` towards `bearing` (...), and bool where it has one.
+
+    step: (...) radians from beam to beam.
+    """
+    if not step.all():
         return np.zeros(bearing.shape, dtype=np.intp), np.ones(bearing.shape, dtype=bool)
     index = np.rint((bearing - scan.angle_min) / step)
     # Of all bearings that are whole turns apart, the one on or after the first beam.
-    turn = 2.0 * np.pi / abs(step)
+    turn = 2.0 * np.pi / np.abs(step)
     index = np.rint(index - turn * np.floor((index + 0.5) / turn))
     seen = index < len(scan.ranges)
     return np.where(seen, index, 0.0).astype(np.intp), seen
