@@ -19,6 +19,7 @@ Paper algorithm 1, in small.
 
 import csv
 import json
+import resource
 
 import numpy as np
 import pytest
@@ -153,6 +154,24 @@ def test_a_diverging_run_ends_with_status_1_and_advice(config, tmp_path, capsys)
     assert main(['--config', str(config), '--out', str(tmp_path / 'out')]) == 1
 
     assert 'train: the loss became ' in capsys.readouterr().err.splitlines()[-1]
+
+
+@pytest.fixture
+def little_memory():
+    """Let this process have 40 GB of address space, as on a machine that has no more."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_AS)
+    resource.setrlimit(resource.RLIMIT_AS, (40 * 10 ** 9, hard))
+    yield
+    resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
+
+
+def test_more_memory_than_there_is_ends_with_status_1_and_advice(
+        config, tmp_path, capsys, little_memory):
+    # 10 ** 9 states of more than 90 bytes.
+    assert main(['--config', str(config), '--out', str(tmp_path), '--set',
+                 f'memory={10 ** 9}']) == 1
+
+    assert 'lower memory' in capsys.readouterr().err.splitlines()[-1]
 
 
 @pytest.mark.parametrize('arguments', [

@@ -33,6 +33,14 @@ def test_weights_and_a_card_are_written(tmp_path, capsys):
     assert 'constant_velocity' in capsys.readouterr().out
 
 
+def test_weights_whose_card_would_take_their_name_are_refused(tmp_path, capsys):
+    with pytest.raises(SystemExit) as caught:
+        main(['--out', str(tmp_path / 'motion.md')])
+
+    assert caught.value.code == 2
+    assert 'ending in .npz' in capsys.readouterr().err
+
+
 def test_an_unknown_scenario_is_refused_by_one_line(tmp_path, capsys):
     assert main(['--scenario', 'nowhere', '--out', str(tmp_path / 'm.npz')]) == 2
 

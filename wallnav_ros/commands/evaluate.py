@@ -74,6 +74,9 @@ def main(arguments=None):
     except (OSError, ScenarioError, WeightsError) as error:
         print(f'evaluate: {error}', file=sys.stderr)
         return 2
+    except KeyboardInterrupt:
+        print('evaluate: interrupted; nothing was written', file=sys.stderr)
+        return 130
     return 0
 
 

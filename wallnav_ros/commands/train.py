@@ -74,6 +74,12 @@ def main(arguments=None):
     except TrainingDiverged as error:
         print(f'train: {error}', file=sys.stderr)
         return 1
+    except MemoryError as error:
+        print(f'train: {error}: lower memory, parallel or batch_size', file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print('train: interrupted; --resume goes on from the last checkpoint', file=sys.stderr)
+        return 130
     print(f'best weights: {weights}')
     return 0
 

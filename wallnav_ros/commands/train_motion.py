@@ -37,7 +37,10 @@ def parse(arguments):
     parser.add_argument('--seed', type=natural, default=0)
     parser.add_argument('--out', required=True, metavar='FILE', type=output_file,
                         help='weights (.npz)')
-    return parser.parse_args(arguments)
+    options = parser.parse_args(arguments)
+    if options.out.suffix != '.npz':
+        parser.error('--out: expected a name ending in .npz; its card is the same name with .md')
+    return options
 
 
 def main(arguments=None):

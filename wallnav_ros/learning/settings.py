@@ -29,6 +29,7 @@ from wallnav_ros.policy.value_function import expected_sizes, sizes_fit
 import yaml
 
 
+MOST = 10 ** 9         # of anything that is counted
 WORDS = {int: 'a whole number', float: 'a number', str: 'text', tuple: 'a list',
          dict: 'a mapping'}
 
@@ -140,7 +141,8 @@ def _converted(path, key, value, kind):
     if kind is tuple and isinstance(value, list):
         return tuple(value)
     if kind is float and type(value) is int:
-        return float(value)
+        # More than a float holds is refused as infinity is.
+        return float(value) if _number(value) else math.inf
     if type(value) is kind:
         return value
     raise SettingsError(f'{path}: {key}: expected {WORDS[kind]}, got {reprlib.repr(value)}')
@@ -171,6 +173,7 @@ def _expectations(settings):
     for key in ('parallel', 'updates', 'batch_size', 'memory', 'evaluate_every',
                 'evaluation_episodes', 'imitation_updates', 'episodes'):
         yield key, getattr(settings, key) >= 1, 'a whole number above 0'
+        yield key, getattr(settings, key) <= MOST, f'at most {MOST}'
     yield 'aversion', 0.0 <= settings.aversion < math.inf, 'a number, 0 or more'
     yield 'caution', 0.0 <= settings.caution < math.inf, 'a number, 0 or more'
     for key in ('seed', 'imitation_episodes', 'epsilon_episodes', 'evaluation_seed'):
@@ -181,7 +184,8 @@ def _expectations(settings):
 
 
 def _number(value):
-    return type(value) in (int, float) and math.isfinite(value)
+    # Compared, not converted: a whole number may be more than a float holds.
+    return type(value) in (int, float) and -1e300 < value < 1e300
 
 
 def _counts(values):

@@ -152,7 +152,7 @@ class _Reader:
                              for polygon in self.document.get(key, ()))
             Walls.from_polylines(polygons, closed=True)
             return polygons
-        except (TypeError, ValueError) as error:
+        except (TypeError, ValueError, OverflowError) as error:
             self._fail(key, f'expected a list of polygons [[x, y], ...] in metres ({error})')
 
     def _space(self, walls, start, goal, radius):
@@ -214,7 +214,7 @@ class _Reader:
         try:
             polygons = [np.asarray(polygon, dtype=float).reshape(-1, 2)
                         for polygon in agents['spawn']]
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             self._fail('agents.spawn', 'expected free or a list of polygons [[x, y], ...]')
         spawn = tuple(free[within_polygon(free, polygon)] for polygon in polygons)
         for number, points in enumerate(spawn):
@@ -231,7 +231,7 @@ class _Reader:
     def _numbers(self, field, value, count):
         try:
             numbers = np.asarray(value, dtype=float)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             numbers = np.empty(0)
         if numbers.shape != (count,) or not np.isfinite(numbers).all():
             self._fail(field, f'expected {count} finite numbers, got {reprlib.repr(value)}')
