@@ -56,6 +56,8 @@ def test_a_row_belongs_to_the_last_scan_at_or_before_it(tmp_path):
     (['1,2,3,4,5,laser', 'soon,2,3,4,5,laser'], HEADER, "line 3: bag_time_s: 'soon' is not a num"),
     (['1,2,3.5,4,5,laser'], HEADER, "line 2: person_id: '3.5' is not a whole number"),
     (['1,2,3,nan,5,laser'], HEADER, 'line 2: x_m: must be finite'),
+    (['1,2,3,1e300,5,laser'], HEADER, 'line 2: x_m: must be finite and below 1e18'),
+    (['1,2,' + 50 * '9' + ',4,5,laser'], HEADER, 'line 2: person_id: must be finite and below'),
     ([], HEADER, 'holds no annotated position'),
 ])
 def test_a_fault_is_named_with_its_line_and_column(tmp_path, rows, header, told):

@@ -20,6 +20,7 @@ Pairing as in Leigh et al. 2015's annotations: stamped after the scan they belon
 import csv
 from dataclasses import dataclass
 from pathlib import Path
+import reprlib
 
 import numpy as np
 
@@ -86,9 +87,11 @@ def _row(path, line, row):
         try:
             values[name] = kind(text)
         except ValueError:
-            raise RecordingError(f'{path}: line {line}: {name}: {text!r} is not '
+            raise RecordingError(f'{path}: line {line}: {name}: {reprlib.repr(text)} is not '
                                  f'{"a whole number" if kind is int else "a number"}') from None
-        if not np.isfinite(values[name]):
-            raise RecordingError(f'{path}: line {line}: {name}: must be finite, is {text}')
+        # Infinity, NaN, and more than an array of int64 or a sum of squares can hold.
+        if not abs(values[name]) < 1e18:
+            raise RecordingError(f'{path}: line {line}: {name}: must be finite and below 1e18, '
+                                 f'is {reprlib.repr(text)}')
     return (values['bag_time_s'], values['person_id'], values['x_m'], values['y_m'],
             row[5].strip().lstrip('/'))
