@@ -103,6 +103,7 @@ def test_a_document_that_is_no_mapping_is_refused(write, text):
     ('preferred_speed', [0.0, 1.0], 'preferred_speed: expected [low, high]'),
     ('reward', 'R5', "reward: expected one of R1, R2, R3, R4, got 'R5'"),
     ('horizons', [], 'horizons: expected a list of steps, each 1 or more'),
+    ('horizons', [101], 'horizons: expected a list of steps, each 1 or more, at most 100'),
     ('decision_horizons', [0, 2], 'decision_horizons: expected a list of steps, each 1 or more'),
     ('network', {'mlp1': [8]}, 'network: expected layer widths'),
     ('network', {'mlp1': [8], 'mlp2': [8], 'attention': [1], 'mlp3': [1]},

@@ -25,7 +25,7 @@ from wallnav_ros.learning.ablation import ABLATIONS
 from wallnav_ros.learning.kinds import KINDS
 from wallnav_ros.learning.networks import SIZES
 from wallnav_ros.policy.rewards import REWARDS
-from wallnav_ros.policy.value_function import expected_sizes, sizes_fit
+from wallnav_ros.policy.value_function import expected_sizes, FARTHEST, sizes_fit
 import yaml
 
 
@@ -162,7 +162,8 @@ def _expectations(settings):
             '[low, high] with 0 < low <= high')
     yield 'reward', settings.reward in REWARDS, f'one of {", ".join(REWARDS)}'
     for key in ('horizons', 'decision_horizons'):
-        yield key, _counts(getattr(settings, key)), 'a list of steps, each 1 or more'
+        yield key, _counts(getattr(settings, key)), (
+            f'a list of steps, each 1 or more, at most {FARTHEST}')
     yield 'without', all(part in ABLATIONS for part in settings.without) and (
         settings.kind == 'three_mlp' or not settings.without), (
         f'some of {", ".join(ABLATIONS)}, and kind three_mlp')
@@ -189,4 +190,5 @@ def _number(value):
 
 
 def _counts(values):
-    return len(values) > 0 and all(type(value) is int and value > 0 for value in values)
+    return len(values) > 0 and all(type(value) is int and 0 < value <= FARTHEST
+                                   for value in values)

@@ -32,6 +32,7 @@ from wallnav_ros.policy.weight_files import (
 from wallnav_ros.world.files import atomic_write
 
 FORMAT = 1
+FARTHEST = 100         # steps ahead that a decision may look: more would hold up the robot
 STATES_AT_ONCE = 128             # more leave the core's cache: twice as slow a state
 # The stacks of layers: name, least number of layers, width of the last where it is fixed.
 LAYERS = (('mlp1', 1, None), ('mlp2', 1, None), ('attention', 2, 1), ('mlp3', 1, 1))
@@ -217,8 +218,10 @@ def _expectations(metadata):
     """Yield (key, whether it holds, what is expected) of what a decision is computed from."""
     yield 'actions', set(metadata['actions']) == {'max_turn_rate'} and is_positive(
         metadata['actions']['max_turn_rate']), 'a max_turn_rate above 0'
-    yield 'decision.horizons', widths_fit(metadata['decision'].get('horizons'), 1, None), (
-        'a list of steps, each 1 or more')
+    yield 'network.kind', isinstance(metadata['network'].get('kind', ''), str), 'text'
+    horizons = metadata['decision'].get('horizons')
+    yield 'decision.horizons', widths_fit(horizons, 1, None) and max(horizons) <= FARTHEST, (
+        f'a list of steps, each from 1 to {FARTHEST}')
     caution = metadata['decision'].get('caution')
     yield 'decision.caution', caution == 0 or is_positive(caution), 'seconds, 0 or more'
     aversion = metadata['decision'].get('aversion', 0)

@@ -68,5 +68,5 @@ def widths_fit(value, least, last):
 
 
 def is_positive(value):
-    """Return whether `value` is a finite number above 0."""
-    return type(value) in (int, float) and 0.0 < value < np.inf
+    """Return whether `value` is a number above 0, and of a size that can be reckoned with."""
+    return type(value) in (int, float) and 0.0 < value < 1e6
