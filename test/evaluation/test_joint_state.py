@@ -22,7 +22,7 @@ import pytest
 from wallnav_ros.evaluation.joint_state import (
     AGENT, FollowedAgents, joint_state, JointSight, ROBOT)
 from wallnav_ros.policy.actions import make_actions
-from wallnav_ros.policy.lookahead import Rule
+from wallnav_ros.policy.outcomes import Rule
 from wallnav_ros.simulation.batch import EpisodeBatch
 from wallnav_ros.simulation.episodes import draw_episode
 from wallnav_ros.simulation.scenarios import load_scenario

@@ -23,7 +23,8 @@ import pytest
 from wallnav_ros.learning.experience import _returns, Demonstrator, Explorer, gather, Step
 from wallnav_ros.policy.actions import make_actions
 from wallnav_ros.policy.features import AGENT, Features, ROBOT, WALL_RAYS
-from wallnav_ros.policy.lookahead import Lookahead, Rule
+from wallnav_ros.policy.lookahead import Lookahead
+from wallnav_ros.policy.outcomes import Rule
 from wallnav_ros.simulation.episodes import draw_episode
 from wallnav_ros.simulation.orca import OrcaPolicy
 from wallnav_ros.simulation.scenarios import load_scenario

@@ -25,7 +25,8 @@ from wallnav_ros.navigation.plans import NavigatorSettings
 from wallnav_ros.perception.scan import Scan
 from wallnav_ros.perception.tracking import Tracker
 from wallnav_ros.policy.actions import make_actions
-from wallnav_ros.policy.lookahead import Lookahead, Rule
+from wallnav_ros.policy.lookahead import Lookahead
+from wallnav_ros.policy.outcomes import Rule
 from wallnav_ros.world.distance_field import DistanceField
 from wallnav_ros.world.tracks import HUMAN, Tracks
 

@@ -21,7 +21,8 @@ import numpy as np
 import pytest
 
 from wallnav_ros.policy.actions import make_actions
-from wallnav_ros.policy.lookahead import Lookahead, Rule
+from wallnav_ros.policy.lookahead import Lookahead
+from wallnav_ros.policy.outcomes import Rule
 from wallnav_ros.simulation.batch import EpisodeBatch
 from wallnav_ros.simulation.episodes import draw_episode
 from wallnav_ros.simulation.rollout import GreedyPolicy, run_episodes

@@ -17,43 +17,20 @@ Decision by looking ahead: reward along the way plus the discounted value at its
 Paper section 4; horizons longer than one step hold the heading an action turns to.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from wallnav_ros.policy import features
 from wallnav_ros.policy.actions import make_actions, STOP
-from wallnav_ros.policy.motion import constant_velocity, Forecast, WALKING
-from wallnav_ros.policy.rewards import (
-    Gains, reward_terms, someone_passing, StepFacts, total, warning_radius)
-from wallnav_ros.world.geometry import closest_approach, drive_unicycle, lengths
+from wallnav_ros.policy.motion import WALKING
+from wallnav_ros.policy.outcomes import roll_out, Rule
+from wallnav_ros.world.geometry import lengths
 from wallnav_ros.world.state import Agents, Robot
 
-GOAL_TOLERANCE = 0.2      # m, distance at which the goal counts as reached
 MOST_AGENTS = 16          # the nearest so many are looked at: as many as training knows
-CAUTION_COST = 1.0        # per step, of brushing past a walking agent
+CONTENDERS = 24           # actions that are looked at over every horizon, not over one alone
 WAITING = 5.0             # m, within which a robot may wait for somebody who walks
-NO_MATTER = 3.0           # standard deviations beyond which an agent is not expected
-
-
-@dataclass(frozen=True)
-class Rule:
-    """
-    How far an action is followed before the value network is asked.
-
-    horizons: steps; the scores of several horizons are averaged. (1,) is the paper's rule.
-    caution: s; passing a walking agent closer than this times its speed costs up to
-    CAUTION_COST a step, since it may turn before then. 0 is the paper's rule.
-    aversion: what a foreseen contact costs, times its chance, besides what is lost by it.
-    time_step: s; discount: gamma of the paper; reward: R1 to R4.
-    """
-
-    horizons: tuple = (1,)
-    time_step: float = 0.25
-    discount: float = 0.9
-    reward: str = 'R4'
-    caution: float = 0.0
-    aversion: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -64,7 +41,7 @@ class Decision:
     command: (2,) m/s and rad/s. action: its index. safe: False when every action is predicted
     to collide within one step (the command then stops). path: (K, 3) poses predicted along
     the action, in the observation's frame. scores: (A,), -inf where a collision is predicted
-    within one step.
+    within one step, and where one horizon says that CONTENDERS others are better.
     """
 
     command: np.ndarray
@@ -72,25 +49,6 @@ class Decision:
     safe: bool
     path: np.ndarray
     scores: np.ndarray
-
-
-@dataclass(frozen=True)
-class Rollout:
-    """
-    Every action followed for H steps from B states.
-
-    poses: (B, A, H, 3); rewards: (B, A, H); over: (B, A, H) bool, the goal reached or a
-    collision at or before that step; collided: (B, A) bool, a collision in the first step.
-    survival: (B, A, H), the chance that no agent has been touched up to the end of that step.
-    crowd: Agents (B, H, N) after each step, each on its likeliest way.
-    """
-
-    poses: np.ndarray
-    rewards: np.ndarray
-    over: np.ndarray
-    collided: np.ndarray
-    survival: np.ndarray
-    crowd: Agents
 
 
 class Lookahead:
@@ -152,100 +110,35 @@ class Lookahead:
                                  rollout.survival[..., :-1]), axis=-1)
         expected = before * rollout.rewards - rule.aversion * (before - rollout.survival)
         gained = np.cumsum(powers[..., :-1] * expected, axis=-1)[..., horizons - 1]
-        state, action, number = np.nonzero(~rollout.over[..., horizons - 1])
-        value = np.zeros(gained.shape)
-        if len(state):
-            # All horizons in one question: each would cost the network's overhead again.
-            value[state, action, number] = self.value(
-                self._leaves(robot, agents, walls, rollout, state, action, number))
-        value *= powers[..., horizons] * rollout.survival[..., horizons - 1]
-        scores = (gained + value).mean(axis=-1)
+        weight = powers[..., horizons] * rollout.survival[..., horizons - 1]
+        asked = ~rollout.over[..., horizons - 1]
+        # One look ahead tells which actions are worth the others.
+        one = np.zeros_like(asked)
+        one[..., len(horizons) // 2] = True
+        worth = gained + weight * self._values(robot, agents, walls, rollout, asked & one)
+        scores = worth[..., len(horizons) // 2]
+        if len(horizons) > 1:
+            promising = _best(np.where(rollout.collided, -np.inf, scores), CONTENDERS)[..., None]
+            worth += weight * self._values(robot, agents, walls, rollout,
+                                           asked & ~one & promising)
+            scores = np.where(promising[..., 0], worth.mean(axis=-1), -np.inf)
         # Where nobody walks, waiting changes nothing: its value is that of waiting for ever.
         scores[~_somebody_walks(robot, agents), STOP] = -np.inf
         return scores, rollout
 
+    def _values(self, robot, agents, walls, rollout, asked):
+        """Return the values (B, A, K) at the ends of horizons that are `asked`, 0 elsewhere."""
+        value = np.zeros(asked.shape)
+        state, action, number = np.nonzero(asked)
+        if len(state):
+            # All horizons in one question: each would cost the network's overhead again.
+            value[state, action, number] = self.value(
+                self._leaves(robot, agents, walls, rollout, state, action, number))
+        return value
+
     def roll_out(self, robot, agents, walls):
-        """Return the Rollout of every action: turn for one step, then keep the heading."""
-        rule, steps = self.rule, max(self.rule.horizons)
-        commands = self.actions.commands(robot.preferred_speed)
-        speed, turn_rate = commands[..., 0], commands[..., 1]
-        first = drive_unicycle(robot.pose[:, None], speed, turn_rate, rule.time_step)
-        heading = np.stack((np.cos(first[..., 2]), np.sin(first[..., 2])), axis=-1)
-        stride = (speed * rule.time_step)[..., None] * heading
-        further = stride[:, :, None] * np.arange(steps)[:, None]
-        position = first[:, :, None, :2] + further
-        before = np.concatenate(
-            (np.broadcast_to(robot.position[:, None, None], position[:, :, :1].shape),
-             position[:, :, :-1]), axis=2)
-        forecast, near = self._foresee(robot, agents, walls, steps)
-        gaps, survival = _contacts(
-            robot, Agents(agents.position[:, near], agents.velocity[:, near],
-                          agents.radius[:, near], agents.present[:, near]),
-            Forecast(*(part[:, near] for part in vars(forecast).values())), before, position)
-        collided, facts = self._facts(robot, agents, walls, before, position, speed, gaps)
-        if rule.reward == 'R3':
-            facts = replace(facts, warning_depth=self._warning_depth(agents, position))
-        rewards = total(reward_terms(rule.reward, facts))
-        rewards -= self._brushes(agents.velocity[:, near], gaps)
-        over = np.logical_or.accumulate(facts.reached | collided, axis=-1)
-        rewards[..., 1:][over[..., :-1]] = 0.0
-        poses = np.concatenate((position, np.broadcast_to(
-            first[:, :, None, 2:], position.shape[:-1] + (1,))), axis=-1)
-        crowd = _later(agents, forecast, rule.time_step)
-        return Rollout(poses, rewards, over, collided[..., 0], survival, crowd)
-
-    def _foresee(self, robot, agents, walls, steps):
-        """
-        Return the Forecast of all agents, and the columns (M,) of those that matter.
-
-        Whoever no robot can come near to, in `steps` steps at its preferred speed, does not.
-        """
-        dt = self.rule.time_step
-        if self.motion is None or not agents.radius.shape[1]:
-            forecast = constant_velocity(agents, steps, dt)
-        else:
-            forecast = self.motion.forecast(agents, walls, steps, dt)
-        offset = forecast.position - robot.position[:, None, None, None]
-        room = np.sqrt(np.einsum('...i,...i->...', offset, offset)) - NO_MATTER * forecast.spread
-        room -= (robot.preferred_speed[:, None] * dt)[..., None, None] * np.arange(1, steps + 1)
-        speed = np.linalg.norm(agents.velocity, axis=-1)
-        wanted = (robot.radius[:, None] + agents.radius + Gains().comfort_distance
-                  + (self.rule.caution + dt) * speed)
-        matters = agents.present & (room.min(axis=(-1, -2)) < wanted)
-        return forecast, np.flatnonzero(matters.any(axis=0))
-
-    def _warning_depth(self, agents, position):
-        """Return d - r_wz - r_a (B, A, H) in metres, the least over walking agents (eq. 5)."""
-        speed = np.linalg.norm(agents.velocity, axis=-1)
-        ahead = self.rule.time_step * np.arange(1, position.shape[2] + 1)[:, None, None]
-        there = agents.position[:, None] + ahead * agents.velocity[:, None]
-        distance = np.linalg.norm(position[..., None, :] - there[:, None], axis=-1)
-        depth = distance - (warning_radius(speed) + agents.radius)[:, None, None]
-        walks = (agents.present & (speed > 0.0))[:, None, None]
-        return np.where(walks, depth, np.inf).min(axis=-1, initial=np.inf)
-
-    def _brushes(self, velocity, gaps):
-        """Return the cost (B, A, H) of `gaps` too close to agents of `velocity` (B, N, 2)."""
-        speed = np.linalg.norm(velocity, axis=-1)
-        margin = (self.rule.caution * speed)[:, None, None]
-        lack = np.clip((margin - gaps) / np.maximum(margin, 1e-9), 0.0, 1.0)
-        return CAUTION_COST * np.where(margin > 0.0, lack, 0.0).max(axis=-1, initial=0.0)
-
-    def _facts(self, robot, agents, walls, before, after, speed, gaps):
-        """Return collisions (B, A, H) and the StepFacts of moving from `before` to `after`."""
-        distance = np.linalg.norm(robot.goal[:, None, None] - after, axis=-1)
-        came_from = np.linalg.norm(robot.goal[:, None, None] - before, axis=-1)
-        agent_gap = gaps.min(axis=-1, initial=np.inf)
-        # The wall is felt half way too: a step is longer than a thin wall is thick.
-        wall_gap = (np.minimum(walls.at(after), walls.at(0.5 * (before + after)))
-                    - robot.radius[:, None, None])
-        passing = someone_passing(robot, agents)[:, None] & (speed == 0.0)
-        final = (robot.beyond == 0.0)[:, None, None]
-        collided = (agent_gap <= 0.0) | (wall_gap <= 0.0)
-        return collided, StepFacts(
-            reached=(distance < GOAL_TOLERANCE) & final & ~collided, agent_gap=agent_gap,
-            progress=came_from - distance, moved=np.linalg.norm(after - before, axis=-1),
-            yielding=passing[..., None], wall_gap=wall_gap)
+        """Return the Rollout of every action from B states, as in `evaluate`."""
+        return roll_out(self.rule, self.actions, self.motion, robot, agents, walls)
 
     def _leaves(self, robot, agents, walls, rollout, state, action, number):
         """Return the Features after horizon `number` of `action` in `state`, all (R,) rows."""
@@ -263,6 +156,13 @@ class Lookahead:
         return features.extract(later, crowd, clearance[state, number], walls)
 
 
+def _best(scores, count):
+    """Return (B, A) which of `scores` (B, A) are among the `count` best of their state."""
+    least = np.partition(scores, -min(count, scores.shape[1]), axis=1)[:, -count:].min(
+        axis=1, keepdims=True)
+    return (scores >= least) & np.isfinite(scores)
+
+
 def _nearest(agents, robot):
     """Return the MOST_AGENTS of `agents` (N,) whose gap to the robot is least."""
     if len(agents.radius) <= MOST_AGENTS:
@@ -276,38 +176,3 @@ def _somebody_walks(robot, agents):
     """Return (B,) whether anybody who walks is within WAITING metres, worth waiting for."""
     near = lengths(agents.position - robot.position[:, None]) < WAITING
     return (agents.present & near & (lengths(agents.velocity) > WALKING)).any(axis=1)
-
-
-def _later(agents, forecast, time_step):
-    """Return the Agents (B, H, N) that `agents` (B, N) become on their likeliest ways."""
-    likeliest = forecast.chance.argmax(axis=-1)[..., None, None, None]
-    way = np.take_along_axis(forecast.position, likeliest, axis=2)[:, :, 0]       # (B, N, H, 2)
-    before = np.concatenate((agents.position[:, :, None], way[:, :, :-1]), axis=2)
-    shape = (way.shape[0], way.shape[2], way.shape[1])
-    return Agents(way.swapaxes(1, 2), ((way - before) / time_step).swapaxes(1, 2),
-                  np.broadcast_to(agents.radius[:, None], shape),
-                  np.broadcast_to(agents.present[:, None], shape))
-
-
-def _contacts(robot, agents, forecast, before, after):
-    """
-    Return gaps (B, A, H, N) to each agent's likeliest way, and the survival (B, A, H).
-
-    before, after: (B, A, H, 2), where each step of the robot begins and ends. A gap is the
-    least on a step, in metres, inf for padding.
-    """
-    now = np.broadcast_to(agents.position[:, :, None, None], forecast.position[..., :1, :].shape)
-    # (B, 1, H, N, K, 2), to go with the robot's (B, A, H, 1, 1, 2).
-    there = np.moveaxis(np.concatenate((now, forecast.position), axis=3), 3, 1)[:, None]
-    approach = closest_approach(
-        before[..., None, None, :] - there[:, :, :-1],
-        (after - before)[..., None, None, :] - (there[:, :, 1:] - there[:, :, :-1]))
-    reach = robot.radius[:, None] + agents.radius
-    gap = np.where(agents.present[:, None, None, :, None],
-                   approach - reach[:, None, None, :, None], np.inf)
-    missed = (1.0 - forecast.hit(gap)).prod(axis=-1)
-    likeliest = forecast.chance.argmax(axis=-1)[:, None, None, :, None]
-    likely = np.take_along_axis(gap, np.broadcast_to(
-        likeliest, gap.shape[:-1] + (1,)), axis=-1)[..., 0]
-    # One contact that is foreseen over several steps is still one contact.
-    return likely, np.minimum.accumulate(missed, axis=-1)

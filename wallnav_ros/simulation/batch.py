@@ -22,7 +22,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from wallnav_ros.policy.lookahead import GOAL_TOLERANCE
+from wallnav_ros.policy.outcomes import GOAL_TOLERANCE
 from wallnav_ros.policy.motion import PAST
 from wallnav_ros.policy.rewards import someone_passing, StepFacts, warning_radius
 from wallnav_ros.simulation.crowd import Crowd

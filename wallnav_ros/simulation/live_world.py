@@ -21,7 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wallnav_ros.policy.lookahead import GOAL_TOLERANCE
+from wallnav_ros.policy.outcomes import GOAL_TOLERANCE
 from wallnav_ros.simulation.batch import (
     COLLISION, GOAL, OUTCOMES, RUNNING, TIMEOUT, WALL_COLLISION)
 from wallnav_ros.simulation.crowd import Crowd
