@@ -16,7 +16,9 @@
 import numpy as np
 import pytest
 
-from wallnav_ros.navigation.localisation import Localisation
+from wallnav_ros.mapping.distance_field import distance_field
+from wallnav_ros.navigation.localisation import Localisation, REFINED_EVERY
+from wallnav_ros.world.walls import Walls
 
 QUARTER = np.pi / 2.0
 
@@ -160,3 +162,71 @@ def test_a_transform_keeps_the_doubt_of_the_last_fix():
                                np.diag([0.01, 0.01, 0.0]), atol=1e-12)
     place.forget()
     assert place.covariance_at(np.zeros(2)) is None
+
+
+ROOM = Walls.from_polylines([[(0, 0), (6, 0), (6, 4), (3, 4), (3, 3), (0, 3), (0, 0)]])
+FIELD = distance_field(ROOM)
+NOISE = np.diag((0.05, 0.05, 0.035)) ** 2
+
+
+def look(pose):
+    """Return the beam ends (K, 2) of a scanner at `pose` (3,) in the room, in its own frame."""
+    bearings = np.radians(np.arange(0.0, 360.0, 2.0))
+    ranges = ROOM.raycast(pose[:2], bearings + pose[2], 12.0)
+    return ranges[:, None] * np.stack((np.cos(bearings), np.sin(bearings)), axis=1)
+
+
+def placed(fix, covariance=NOISE, **named):
+    """Return a Localisation at the origin of its odometry, with a fix (3,) at 1 s."""
+    place = Localisation(**named)
+    place.add_odometry(1.0, np.zeros(3), np.zeros(2))
+    place.add_fix(1.0, np.array(fix), covariance)
+    return place
+
+
+@pytest.mark.parametrize('covariance', [NOISE, None])
+def test_a_fix_is_corrected_by_what_is_seen(covariance):
+    pose = np.array([1.0, 1.5, 0.0])
+    place = placed(pose + (0.06, -0.05, 0.04), covariance)
+    doubt = place.covariance_at(np.zeros(2))
+    place.refine(1.0, np.zeros(3), look(pose), FIELD)
+    np.testing.assert_allclose(place.newest(), pose, atol=0.01)
+    assert covariance is None or (
+        place.covariance_at(np.zeros(2)).diagonal() < 0.2 * doubt.diagonal()).all()
+    # The correction is no jump of the localisation.
+    assert place.take_jump() == 0.0
+
+
+def test_a_fix_that_cannot_be_reconciled_with_what_is_seen_holds():
+    place = placed((1.0, 1.5, 0.0))
+    place.refine(1.0, np.zeros(3), look(np.array([1.25, 1.5, 0.0])), FIELD)
+    np.testing.assert_allclose(place.newest(), [1.0, 1.5, 0.0])
+
+
+def test_one_bad_fix_does_not_outweigh_what_was_seen_before():
+    pose = np.array([1.0, 1.5, 0.0])
+    place = placed(pose)
+    place.refine(1.0, np.zeros(3), look(pose), FIELD)
+    for stamp in (2.0, 3.0):
+        place.add_odometry(stamp, np.zeros(3), np.zeros(2))
+        place.add_fix(stamp, pose + (0.12, 0.0, 0.0), NOISE)
+        place.refine(stamp, np.zeros(3), look(pose), FIELD)
+        np.testing.assert_allclose(place.newest(), pose, atol=0.01)
+
+
+def test_scans_in_quick_succession_are_not_all_matched():
+    pose = np.array([1.0, 1.5, 0.0])
+    place = placed(pose)
+    place.refine(1.0, np.zeros(3), look(pose), FIELD)
+    before = place.newest()
+    place.refine(1.0 + 0.5 * REFINED_EVERY, np.zeros(3), look(pose + (0.03, 0.0, 0.0)), FIELD)
+    np.testing.assert_array_equal(place.newest(), before)
+    place.refine(1.0 + 1.5 * REFINED_EVERY, np.zeros(3), look(pose + (0.03, 0.0, 0.0)), FIELD)
+    np.testing.assert_allclose(place.newest(), pose + (0.03, 0.0, 0.0), atol=0.01)
+
+
+def test_an_odometry_that_is_fixed_in_the_map_stays_there():
+    place = Localisation(np.array([1.0, 1.5, 0.0]))
+    place.add_odometry(1.0, np.zeros(3), np.zeros(2))
+    place.refine(1.0, np.zeros(3), look(np.array([1.05, 1.5, 0.0])), FIELD)
+    np.testing.assert_array_equal(place.newest(), [1.0, 1.5, 0.0])

@@ -29,10 +29,10 @@ def wall_at_x(x):
     return DistanceField(distance.copy(), np.array([-10.0, -10.0, 0.0]), 0.05)
 
 
-def test_beam_ends_are_placed_by_the_lasers_pose():
-    scan = Scan(0.0, [2.0, np.inf, np.nan, 0.01], 0.0, np.pi / 2.0, 0.05, 10.0)
-    # The laser stands at (1, 1) and looks north: its first beam ends 2 m north of it.
-    np.testing.assert_allclose(scan_points(scan, np.array([1.0, 1.0, np.pi / 2.0])), [[1.0, 3.0]])
+def test_only_beams_that_hit_something_have_an_end():
+    scan = Scan(0.0, [2.0, np.inf, np.nan, 0.01], np.pi / 2.0, np.pi / 2.0, 0.05, 10.0)
+    # The first beam points to the left.
+    np.testing.assert_allclose(scan_points(scan), [[0.0, 2.0]], atol=1e-12)
 
 
 def beam_ends(centre, radius, beams=720):

@@ -12,9 +12,10 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Where the robot is: odometry, corrected by a localisation's last word.
+Where the robot is: odometry, corrected by a localisation's last word and by what is seen.
 
 REP-105: `odom` is continuous and drifts, `map` jumps; what AMCL corrects is odom in map.
+Scan matching: `mapping.registration`.
 """
 
 from dataclasses import replace
@@ -22,11 +23,16 @@ import math
 
 import numpy as np
 
+from wallnav_ros.mapping.registration import register
 from wallnav_ros.perception.odometry_buffer import PoseBuffer
-from wallnav_ros.world.geometry import compose, invert, rotate
+from wallnav_ros.world.geometry import compose, invert, rotate, wrap_angle
 
 MAP = 'map'
 ODOMETRY_DRIFT = 0.02      # m per m and rad per m from where the map last spoke; common wheels
+UNTOLD = np.diag((0.1, 0.1, 0.05)) ** 2      # covariance of a fix that comes without one
+LEAST = np.diag((0.02, 0.02, 0.01)) ** 2     # added to one: no fix is as good as some believe
+REFINED_EVERY = 0.1        # s
+DOUBTFUL = 3.0             # standard deviations of a fix, beyond which a correction is not taken
 
 
 class Localisation:
@@ -50,7 +56,8 @@ class Localisation:
         """Forget everything but a fixed odometry frame, as after a jump of the clock."""
         self.velocity = np.zeros(2)
         self.travelled, self.last_jump, self._jumped = 0.0, 0.0, 0.0
-        self.fix_stamp = self._doubt = None
+        self.fix_stamp = self._doubt = self._fix = None
+        self._refined, self._correction = -math.inf, None
         self._poses = PoseBuffer()
         self._first = self._last = None
         self._waiting = None
@@ -96,6 +103,38 @@ class Localisation:
             self.last_jump = float(np.hypot(*moved[:2]))
             self._jumped = max(self._jumped, self.last_jump)
         self.map_from_odom, self.fix_stamp, self.travelled = map_from_odom, stamp, 0.0
+        # TF says where the robot is, but not how well that is known: an earlier word on it stays.
+        self._fix, self._refined = (map_from_odom, self._fix and self._fix[1]), -math.inf
+        self._doubt = self._fix[1]
+        if self._correction is None:
+            self._correction = map_from_odom
+
+    def refine(self, stamp, laser, points, walls):
+        """
+        Correct the last fix by what was seen at `stamp`.
+
+        laser: (3,) pose of the scanner in the odometry's frame; points: (K, 2) beam ends in its
+        own; walls: DistanceField of the map, or None. Where they do not tell, the fix holds.
+        """
+        fresh = 0.0 <= stamp - self._refined < REFINED_EVERY
+        if self.fixed or self._fix is None or walls is None or fresh:
+            return
+        self._refined = stamp
+        before = self._correction
+        self.map_from_odom, self._doubt = self._fix
+        carried = self._carried(laser[:2])
+        covariance = LEAST + (UNTOLD if carried is None else carried)
+        fix = compose(self.map_from_odom, laser)
+        # Where it was right is where to look first: a fix may have got behind a wall.
+        for start in (compose(before, laser), fix):
+            found = None
+            if _deviations(start - fix, covariance) < DOUBTFUL:
+                found = register(points, start, fix, covariance, walls)
+            if found is not None and _deviations(found.pose - fix, covariance) < DOUBTFUL:
+                self.map_from_odom = self._correction = compose(found.pose, invert(laser))
+                self._doubt = laser[:2], found.covariance
+                return
+        self._correction = self.map_from_odom
 
     def take_jump(self):
         """Return the farthest jump in metres since this was last asked."""
@@ -138,15 +177,22 @@ class Localisation:
         (3, 3) of x, y (m) and yaw (rad), along the axes of that frame; None where no fix told.
         A fix that is d metres away has its heading's error times d in it, and odometry's drift.
         """
+        covariance = self._carried(place)
+        if covariance is None:
+            return None
+        turn = np.eye(3)
+        turn[:2, :2] = rotate(np.eye(2), -self.map_from_odom[2]).T
+        return turn @ covariance @ turn.T
+
+    def _carried(self, place):
+        """Return the same along the axes of the map."""
         if self._doubt is None or self.map_from_odom is None:
             return None
         fixed, covariance = self._doubt
         way = rotate(place - fixed, self.map_from_odom[2])
         carry = np.array([[1.0, 0.0, -way[1]], [0.0, 1.0, way[0]], [0.0, 0.0, 1.0]])
-        turn = np.eye(3)
-        turn[:2, :2] = rotate(np.eye(2), -self.map_from_odom[2]).T
         drift = ODOMETRY_DRIFT * math.hypot(*way)
-        return turn @ carry @ covariance @ carry.T @ turn.T + drift ** 2 * np.eye(3)
+        return carry @ covariance @ carry.T + drift ** 2 * np.eye(3)
 
     def in_odom(self, pose):
         """Return a pose (3,), given in the state frame, in the odometry's."""
@@ -162,5 +208,11 @@ class Localisation:
         if odom is not None:
             self._waiting = None
             self.set_correction(stamp, compose(pose, invert(odom)))
-            # TF says where the robot is as well, but not how well that is known: this stays.
             self._doubt = None if covariance is None else (odom[:2], covariance)
+            self._fix = self.map_from_odom, self._doubt
+
+
+def _deviations(off, covariance):
+    """Return how many standard deviations of `covariance` (3, 3) a pose (3,) is `off`."""
+    off = np.array([off[0], off[1], wrap_angle(off[2])])
+    return math.sqrt(off @ np.linalg.solve(covariance, off))

@@ -23,7 +23,7 @@ import numpy as np
 
 from wallnav_ros.navigation.localisation import MAP
 from wallnav_ros.navigation.surfaces import (
-    add_surfaces, assign_points, NearSurfaces, outlines, scan_points)
+    add_surfaces, assign_points, NearSurfaces, outlines, scan_points, WALL_MARGIN)
 from wallnav_ros.navigation.trails import Trails
 from wallnav_ros.world.geometry import rotate, to_parent
 from wallnav_ros.world.state import Agents, Observation
@@ -59,8 +59,14 @@ class Scene:
             self._trails.take(tracks)
 
     def take_scan(self, scan, laser):
-        """Take the beams of a Scan from a laser at the pose (3,) in the odometry's frame."""
-        self._points, self._laser = scan_points(scan, laser), laser
+        """
+        Take the beams of a Scan from a laser at the pose (3,) in the odometry's frame.
+
+        Returns where they ended (K, 2), in the laser's own frame.
+        """
+        points = scan_points(scan)
+        self._points, self._laser = to_parent(laser, points), laser
+        return points
 
     def take_tracks(self, tracks, pose):
         """Take Tracks in a frame placed at `pose` (3,) in the odometry's."""
@@ -78,11 +84,21 @@ class Scene:
         agents = replace(agents, trail=trail)
         return Observation(robot, agents, add_surfaces(points, self.walls, robot.position))
 
-    def observe_near(self, robot, now, reach):
-        """Return the same with exact distances, of what is within `reach` m."""
+    def observe_near(self, robot, now, reach, clearance):
+        """
+        Return the same with exact distances, of what is within `reach` m.
+
+        Beam ends more than `clearance` m from a mapped wall count besides that wall: the map, or
+        the robot's pose in it, may be as wrong as that.
+        """
         agents, points = self._seen(now)
-        near = (np.abs(points - robot.position) < reach).all(axis=1)
-        return Observation(robot, agents, NearSurfaces(points[near], self.walls))
+        points = _within(reach, points, robot.position)
+        if self.walls is not None:
+            ends = _within(reach, to_parent(self._place.odom_in_state, self._points),
+                           robot.position)
+            off = self.walls.at(ends)
+            points = np.vstack((points, ends[(off > clearance) & (off <= WALL_MARGIN)]))
+        return Observation(robot, agents, NearSurfaces(points, self.walls))
 
     def standing(self, now):
         """Return points (K, 2) on everything that stands and that the map does not know."""
@@ -98,6 +114,10 @@ class Scene:
             to_parent(in_state, self._laser[:2]))
         ahead = worth_predicting(now - tracks.stamp)
         return Agents.of(seen.position + ahead * seen.velocity, seen.velocity, seen.radius), points
+
+
+def _within(reach, points, centre):
+    return points[(np.abs(points - centre) < reach).all(axis=1)]
 
 
 def worth_predicting(age):

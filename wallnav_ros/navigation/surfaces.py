@@ -25,7 +25,7 @@ import numpy as np
 from scipy.spatial.distance import cdist
 
 from wallnav_ros.world.distance_field import DistanceField
-from wallnav_ros.world.geometry import to_child, to_parent, wrap_angle
+from wallnav_ros.world.geometry import to_child, wrap_angle
 from wallnav_ros.world.state import Agents
 
 RESOLUTION = 0.05      # m
@@ -36,10 +36,10 @@ TRACK_MARGIN = 0.25    # m beyond a track's radius that still belong to it
 WALL_MARGIN = 0.15     # m; what lies nearer to a mapped wall is part of it
 
 
-def scan_points(scan, laser_pose):
-    """Return where the beams of a Scan ended (K, 2) in the frame of `laser_pose` (3,)."""
+def scan_points(scan):
+    """Return where the beams of a Scan ended (K, 2), in the frame of the laser."""
     angles, ranges = scan.angles[scan.hits], scan.ranges[scan.hits]
-    return to_parent(laser_pose, np.stack((ranges * np.cos(angles), ranges * np.sin(angles)), 1))
+    return np.stack((ranges * np.cos(angles), ranges * np.sin(angles)), axis=1)
 
 
 def assign_points(points, agents, walls, eye):

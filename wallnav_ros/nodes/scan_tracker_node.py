@@ -33,6 +33,7 @@ from wallnav_ros.mapping.distance_field import distance_field
 from wallnav_ros.mapping.occupancy_map import load_map
 from wallnav_ros.mapping.wall_extraction import extract_walls
 from wallnav_ros.navigation.localisation import Localisation, MAP
+from wallnav_ros.navigation.surfaces import scan_points
 from wallnav_ros.nodes import conversions as convert
 from wallnav_ros.nodes.health import declare_diagnostics_period, Latencies
 from wallnav_ros.nodes.markers import track_markers
@@ -174,6 +175,7 @@ class ScanTrackerNode(Node):
             return {'pose': mount, 'odometry': False}
         end = self.place.odom_pose(scan.stamp + scan.sweep_time)
         laser = compose(base, mount)
+        self.place.refine(scan.stamp, laser, scan_points(scan), self._walls)
         return {'pose': laser, 'walls': self.place.walls_in_odom(self._walls),
                 'covariance': self.place.covariance_at(laser[:2]),
                 'end_pose': None if end is None else compose(end, mount)}
