@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 from wallnav_ros.mapping.distance_field import distance_field
+from wallnav_ros.mapping.route import plan_route
 from wallnav_ros.policy.motion import PAST
 from wallnav_ros.simulation.detours import Detours, PATIENCE
 from wallnav_ros.world.state import Agents, Robot
@@ -25,6 +26,7 @@ from wallnav_ros.world.walls import Walls
 # A corridor 4 m wide along x; the robot at its beginning, bound for its end.
 CORRIDOR = distance_field(Walls.from_polylines(
     [[(-1, -2), (9, -2), (9, 2), (-1, 2)]], closed=True))
+WAY = plan_route(CORRIDOR, np.array([8.0, 0.0]), 0.2)
 ROBOT = Robot(np.zeros(3), np.zeros(2), np.array([8.0, 0.0]), np.float64(0.2), np.float64(0.8))
 
 
@@ -38,7 +40,7 @@ def standing(*rows, seconds=10.0):
 
 
 def seek(agents, detours=None):
-    return (detours or Detours(1)).seek(0, CORRIDOR, ROBOT, agents)
+    return (detours or Detours(1)).seek(0, CORRIDOR, ROBOT, agents, WAY)
 
 
 def test_it_is_looked_for_who_stands_once_a_second():
@@ -73,6 +75,12 @@ def test_a_way_is_planned_once_for_the_same_people_and_again_when_one_more_stand
     assert seek(one, detours) is None
     detours.restart(0)
     assert seek(one, detours) is not None
+
+
+@pytest.mark.parametrize(('y', 'in_the_way'), [(0.74, True), (0.76, False)])
+def test_who_stands_beside_the_way_leaves_it_as_it_is(y, in_the_way):
+    # The way is straight: 0.5 m of person, 0.2 m of robot and 0.05 m to spare.
+    assert (seek(standing((3.0, y, 0.5))) is not None) == in_the_way
 
 
 def test_who_walks_is_not_gone_round():

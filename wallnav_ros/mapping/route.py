@@ -183,8 +183,8 @@ def _search(route, gap, goal_cell):
     cells = np.flatnonzero(free)
     number[cells] = np.arange(len(cells))
     cost = 1.0 + NARROWNESS * np.clip(1.0 - gap.ravel() / COMFORT, 0.0, 1.0)
-    tail, head = _neighbours(free)
-    weight = 0.5 * (cost[tail] + cost[head]) * _stride(tail, head, free.shape[1])
+    tail, head, stride = _neighbours(free)
+    weight = 0.5 * (cost[tail] + cost[head]) * stride
     graph = csr_matrix((weight, (number[tail], number[head])), shape=(len(cells),) * 2)
     total, following = dijkstra(graph, directed=False, indices=number[goal_cell],
                                 return_predecessors=True)
@@ -198,10 +198,10 @@ def _search(route, gap, goal_cell):
 
 
 def _neighbours(free):
-    """Return the flat cells (E,), (E,) that a step between free cells joins."""
+    """Return the flat cells (E,), (E,) that a step between free cells joins, and its metres."""
     height, width = free.shape
     index = np.arange(free.size).reshape(free.shape)
-    tails, heads = [], []
+    tails, heads, strides = [], [], []
     for rows, columns in MOVES:
         left, right = max(0, -columns), width - max(0, columns)
         here = index[:height - rows, left:right]
@@ -209,7 +209,8 @@ def _neighbours(free):
         both = free.ravel()[here] & free.ravel()[there]
         tails.append(here[both])
         heads.append(there[both])
-    return np.concatenate(tails), np.concatenate(heads)
+        strides.append(np.full(len(heads[-1]), CELL * np.hypot(rows, columns)))
+    return np.concatenate(tails), np.concatenate(heads), np.concatenate(strides)
 
 
 def _stride(tail, head, width):

@@ -89,16 +89,14 @@ def roll_out(rule, actions, motion, robot, agents, walls):
     before = np.concatenate(
         (np.broadcast_to(robot.position[:, None, None], position[:, :, :1].shape),
          position[:, :, :-1]), axis=2)
-    forecast, near = _foresee(rule, motion, robot, agents, walls, steps)
-    gaps, survival = _contacts(
-        robot, Agents(agents.position[:, near], agents.velocity[:, near],
-                      agents.radius[:, near], agents.present[:, near]),
-        Forecast(*(part[:, near] for part in vars(forecast).values())), before, position)
+    forecast = _foresee(rule, motion, agents, walls, steps)
+    near, ways = _near(rule, robot, agents, forecast)
+    gaps, survival = _contacts(robot, near, ways, before, position)
     collided, facts = _facts(robot, agents, walls, before, position, speed, gaps)
     if rule.reward == 'R3':
         facts = replace(facts, warning_depth=_warning_depth(agents, position, rule.time_step))
     rewards = total(reward_terms(rule.reward, facts))
-    rewards -= _brushes(rule.caution, agents.velocity[:, near], gaps)
+    rewards -= _brushes(rule.caution, near.velocity, gaps)
     over = np.logical_or.accumulate(facts.reached | collided, axis=-1)
     rewards[..., 1:][over[..., :-1]] = 0.0
     poses = np.concatenate((position, np.broadcast_to(
@@ -107,25 +105,33 @@ def roll_out(rule, actions, motion, robot, agents, walls):
     return Rollout(poses, rewards, over, collided[..., 0], survival, crowd)
 
 
-def _foresee(rule, motion, robot, agents, walls, steps):
-    """
-    Return the Forecast of all agents, and the columns (M,) of those that matter.
-
-    Whoever no robot can come near to, in `steps` steps at its preferred speed, does not.
-    """
-    dt = rule.time_step
+def _foresee(rule, motion, agents, walls, steps):
+    """Return the Forecast of all agents."""
     if motion is None or not agents.radius.shape[1]:
-        forecast = constant_velocity(agents, steps, dt)
-    else:
-        forecast = motion.forecast(agents, walls, steps, dt)
+        return constant_velocity(agents, steps, rule.time_step)
+    return motion.forecast(agents, walls, steps, rule.time_step)
+
+
+def _near(rule, robot, agents, forecast):
+    """
+    Return the Agents (B, M) that matter, M the most in any state, and their Forecast.
+
+    Whoever no robot can come near to while they are foreseen, at its preferred speed, does not;
+    they would cost time, and padding stands for them.
+    """
     offset = forecast.position - robot.position[:, None, None, None]
     room = np.sqrt(np.einsum('...i,...i->...', offset, offset)) - NO_MATTER * forecast.spread
-    room -= (robot.preferred_speed[:, None] * dt)[..., None, None] * np.arange(1, steps + 1)
+    room -= (robot.preferred_speed[:, None] * rule.time_step)[..., None, None] * np.arange(
+        1, forecast.position.shape[-2] + 1)
     speed = np.linalg.norm(agents.velocity, axis=-1)
     wanted = (robot.radius[:, None] + agents.radius + Gains().comfort_distance
-              + (rule.caution + dt) * speed)
+              + (rule.caution + rule.time_step) * speed)
     matters = agents.present & (room.min(axis=(-1, -2)) < wanted)
-    return forecast, np.flatnonzero(matters.any(axis=0))
+    most = matters.sum(axis=1).max(initial=0)
+    rows = np.arange(len(matters))[:, None], np.argsort(~matters, axis=1, kind='stable')[:, :most]
+    return (Agents(agents.position[rows], agents.velocity[rows], agents.radius[rows],
+                   matters[rows]),
+            Forecast(*(part[rows] for part in vars(forecast).values())))
 
 
 def _warning_depth(agents, position, time_step):

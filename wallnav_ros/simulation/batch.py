@@ -152,7 +152,8 @@ class EpisodeBatch:
             route = self._detours.seek(
                 row, self.episodes[row].scenario.field,
                 Robot(*(part[0] for part in vars(self.robot(own)).values())),
-                Agents(*(part[0] for part in vars(self.agents(own)).values())))
+                Agents(*(part[0] for part in vars(self.agents(own)).values())),
+                self._routes[row])
             self._routes[row] = route or self._routes[row]
 
     def _walk(self, running, robot):

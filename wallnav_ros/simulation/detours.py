@@ -20,7 +20,7 @@ What `navigation.guidance` does on the robot where it is stuck.
 import numpy as np
 
 from wallnav_ros.mapping.route import plan_route, RouteError
-from wallnav_ros.world.geometry import lengths
+from wallnav_ros.world.geometry import lengths, nearest_on_segments
 
 PATIENCE = 4           # steps after which who has not moved is taken to stand, and is looked for
 STILL = 0.05           # m that who stands has moved at most in that time
@@ -44,12 +44,12 @@ class Detours:
         self._steps += 1
         return self._steps % PATIENCE == 0
 
-    def seek(self, row, walls, robot, agents):
+    def seek(self, row, walls, robot, agents, route):
         """
-        Return the Route of the robot of `row` around those who stand, None if it has it already.
+        Return the Route of the robot of `row` around those who stand, None to keep its `route`.
 
         `walls` is the DistanceField that says nothing of the `agents` (N,); `robot` has no
-        leading axis.
+        leading axis. It keeps its route where nobody new stands in its way.
         """
         trail = agents.trail[:, :PATIENCE]
         moved = np.nan_to_num(lengths(trail - agents.position[:, None]), nan=np.inf).max(
@@ -57,7 +57,8 @@ class Detours:
         beside = lengths(agents.position - robot.position) < NEAR
         stands = agents.present & beside & (moved < STILL)
         standing = frozenset(np.flatnonzero(stands).tolist())
-        if standing <= self._standing[row]:
+        new = np.array(sorted(standing - self._standing[row]), dtype=int)
+        if not len(new) or _is_clear(route, robot, agents.position[new], agents.radius[new]):
             return None
         self._standing[row] = standing
         field = walls.with_discs(agents.position[stands], agents.radius[stands])
@@ -66,3 +67,13 @@ class Detours:
         except RouteError:
             return None
         return route if np.isfinite(route.to_go(robot.position)) else None
+
+
+def _is_clear(route, robot, position, radius):
+    """Return whether the way of `route` passes discs at `position` (K, 2) of `radius` (K,) m."""
+    if not np.isfinite(route.to_go(robot.position)):
+        return False
+    path = route.path(robot.position)
+    legs = np.stack((path[:-1], path[1:]), axis=1)
+    gap = lengths(nearest_on_segments(position, legs) - position[:, None]).min(axis=1) - radius
+    return bool((gap > robot.radius + ROOM).all())

@@ -47,7 +47,7 @@ class DistanceField:
 
     def with_discs(self, position, radius):
         """Return the field with discs at `position` (K, 2) of `radius` (K,) metres in it."""
-        row, column = np.indices(self.distance.shape)
+        row, column = np.ogrid[tuple(slice(count) for count in self.distance.shape)]
         centre = to_child(self.pose, position) / self.resolution
         distance = self.distance
         for (x, y), size in zip(centre, radius):
