@@ -250,8 +250,9 @@ class _Watcher:
 def _title(options, result):
     def metres(value):
         return 'none' if value is None else f'{value:.2f} m'
-    return (f'{options.scenario} {options.case}, seed {result["seed"]}: {result["outcome"]} after '
-            f'{result["time"]:.1f} s, {result["path_length"]:.1f} m; least gap to people '
+    return (f'{Path(options.scenario).stem} {options.case}, seed {result["seed"]}: '
+            f'{result["outcome"].replace("_", " ")} after {result["time"]:.1f} s, '
+            f'{result["path_length"]:.1f} m; least gap to people '
             f'{metres(result["min_gap_agent"])}, to walls {metres(result["min_gap_wall"])}')
 
 

@@ -24,6 +24,7 @@ from matplotlib.collections import EllipseCollection, LineCollection
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 import numpy as np
 
 from wallnav_ros.evaluation.replay import Replay, Stage
@@ -254,9 +255,12 @@ def _draw_strips(panels, replay, survey):
                  borderaxespad=0.1)
     count = [(tracks.label == HUMAN).sum() for tracks in replay.tracks]
     people.step(stamps - zero, count, where='post', color=PEOPLE[1], lw=1.1)
-    people.set(ylabel='people tracked', xlabel='time since the first scan [s]')
+    people.set(ylabel='people tracked', xlabel='time since the first scan [s]',
+               ylim=(0.0, max([1, *count]) + 0.5))
+    people.yaxis.set_major_locator(MaxNLocator(integer=True))
     for axes in panels:
         axes.grid(color='#dddddd', lw=0.5)
-        axes.sharex(people) if axes is not people else None
+        if axes is not people:
+            axes.sharex(people)
     if len(stamps):
         people.set_xlim(0.0, max(stamps.max() - zero, 1.0))

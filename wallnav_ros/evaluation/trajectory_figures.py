@@ -17,7 +17,7 @@ Trajectories of one episode as a picture: who was where, when, and how it ended.
 After Figs. 5 and 6 of the paper; time runs from light to dark.
 """
 
-from io import BytesIO
+from textwrap import fill
 
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
@@ -30,7 +30,8 @@ from wallnav_ros.world.files import atomic_write
 TICK = 2.0             # s between two discs that show where everybody was
 MARGIN = 0.5           # m around everything that is shown
 LABEL_ROOM = 0.6       # m between the places of two labels
-LEGEND = f'discs every {TICK:g} s, light to dark; grey: standing people'
+LEGEND = ('blue: the robot, bound for the star; grey: standing people; other colours: walking '
+          f'people;\na disc every {TICK:g} s, light to dark')
 ROBOT, GOAL, STANDING = '#1650b0', '#1a8f3c', '#8a8a8a'
 # Matplotlib's tableau colours but blue and grey, which mean the robot and standing people.
 WALKERS = ('#ff7f0e', '#2ca02c', '#d62728', '#9467bd', '#8c564b', '#e377c2', '#bcbd22', '#17becf')
@@ -44,12 +45,14 @@ def draw_trajectories(path, walls, trajectories, title):
     (T, 3), agents (T, N, 2), agent_radius (N), agent_walks (N), radius, start (3) and goal (2),
     all in metres and seconds, as in the results of `drive`. title: what happened, in words.
     """
-    figure = Figure(figsize=(8.0, 8.6), layout='constrained')
+    width, height = np.subtract(*_view(walls, trajectories)[::-1])
+    figure = Figure(figsize=(8.0, np.clip(8.0 * height / width, 4.0, 10.0) + 0.9),
+                    layout='constrained')
     axes = figure.add_subplot()
     _draw_episode(axes, walls, trajectories)
-    axes.set_title(title, fontsize=11)
-    axes.set_xlabel(f'x (m)        {LEGEND}')
-    axes.set_ylabel('y (m)')
+    axes.set_title(title.replace('; ', '\n'), fontsize=11)
+    axes.set(xlabel='x (m)', ylabel='y (m)')
+    figure.supxlabel(LEGEND, fontsize=9)
     _write(figure, path, dpi=110)
 
 
@@ -88,7 +91,7 @@ def draw_grid(path, panels, title):
         axes.set_title(caption, fontsize=10)
         axes.tick_params(labelsize=7)
     figure.suptitle(title, fontsize=12)
-    figure.supxlabel(f'x and y in m; {LEGEND}', fontsize=9)
+    figure.supxlabel(fill(f'x and y in m; {LEGEND}', 55 * columns), fontsize=9)
     _write(figure, path, dpi=90)
 
 
@@ -103,11 +106,8 @@ def _draw_episode(axes, walls, trajectories):
 
 def _write(figure, path, dpi):
     FigureCanvasAgg(figure)
-    # Drawn in memory first, so that a picture on disk is always a whole one.
-    picture = BytesIO()
-    figure.savefig(picture, format='png', dpi=dpi)
     with atomic_write(path, 'wb') as stream:
-        stream.write(picture.getvalue())
+        figure.savefig(stream, format='png', dpi=dpi)
 
 
 def _moments(times):
@@ -145,9 +145,11 @@ def _draw_robot(axes, trajectories, times, moments):
                               edgecolor='white', lw=0.6, zorder=6,
                               alpha=_shade(times[row], times[-1])))
     for row in _labelled(robot[:, :2], moments):
-        axes.annotate(f'{times[row]:.0f}' if row != moments[-1] else f'{times[row]:.1f} s',
-                      robot[row, :2], xytext=(7, 5), textcoords='offset points', fontsize=8,
-                      color=ROBOT, zorder=8)
+        last = row == moments[-1]
+        axes.annotate(f'{times[row]:.1f} s' if last else f'{times[row]:.0f}', robot[row, :2],
+                      xytext=(16, 8) if last else (7, 5), textcoords='offset points', fontsize=8,
+                      color=ROBOT, zorder=8, bbox={'boxstyle': 'round,pad=0.1', 'fc': 'white',
+                                                   'ec': 'none', 'alpha': 0.7})
     start = np.asarray(trajectories['start'])
     axes.annotate('', start[:2] + 0.5 * np.array([np.cos(start[2]), np.sin(start[2])]), start[:2],
                   arrowprops={'arrowstyle': '->', 'color': ROBOT, 'lw': 1.5}, zorder=7)
@@ -164,12 +166,17 @@ def _labelled(way, moments):
     return kept
 
 
-def _frame(axes, walls, trajectories):
+def _view(walls, trajectories):
+    """Return the corners low, high (2,) of what is shown, in metres."""
     points = [np.asarray(walls).reshape(-1, 2), np.asarray(trajectories['robot'])[:, :2],
               np.asarray(trajectories['goal'])[None],
               np.asarray(trajectories['agents'], dtype=float).reshape(-1, 2)]
     points = np.concatenate([part for part in points if len(part)])
-    low, high = points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN
+    return points.min(axis=0) - MARGIN, points.max(axis=0) + MARGIN
+
+
+def _frame(axes, walls, trajectories):
+    low, high = _view(walls, trajectories)
     axes.set_xlim(low[0], high[0])
     axes.set_ylim(low[1], high[1])
     axes.set_aspect('equal')

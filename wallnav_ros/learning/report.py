@@ -30,6 +30,7 @@ matplotlib.use('Agg')
 OURS = ('Not for people who run, nor for floors that are not flat: it has met neither. It assumes '
         'that everything within 5 m is seen by the laser or is in the map.')
 BASELINE = ('It sees no walls: for comparison in the simulator, never for a robot.')
+LINES = ('-', '--', ':', '-.')     # of the scenarios; a case has the same colour in each
 SMOOTHING = 10      # rounds that a training curve is averaged over
 
 
@@ -43,28 +44,37 @@ def draw_curves(rows, path):
                          ('wall_collision', 'tab:brown'), ('timeout', 'tab:gray')):
         training.plot(episodes, _smooth([row[name] for row in log]), color=colour,
                       label=name.replace('_', ' '))
-    training.set(ylabel='share of training episodes', ylim=(0.0, 1.0),
-                 title='Training, exploring as it goes')
+    training.set(ylabel='share of training episodes', ylim=(0.0, 1.0))
+    training.set_title('Training, exploring as it goes', loc='left')
     loss = training.twinx()
     loss.plot(episodes, _smooth([row['loss'] for row in log]), color='tab:blue', alpha=0.4,
               label='loss')
     loss.set(ylabel='loss', ylim=(0.0, None))
-    training.legend(loc='center right')
+    # Beside the title: within the axes it would hide some run or other.
+    handles = [*training.get_lines(), *loss.get_lines()]
+    training.legend(handles=handles, loc='lower right', bbox_to_anchor=(1.0, 1.0), ncols=5,
+                    fontsize='small', frameon=False, borderaxespad=0.2)
     for axes, column in ((greedy, 'goal'), (reward, 'total_reward')):
         _draw_cells(axes, cells, column)
-    greedy.set(ylabel='greedy success', ylim=(0.0, 1.02), title='Greedy, every cell apart')
+    greedy.set(ylabel='greedy success', ylim=(None, 1.02))
+    greedy.set_title('Greedy, every cell apart', loc='left')
     reward.set(xlabel='episodes', ylabel='total reward of an episode')
-    reward.legend(ncols=3, fontsize='x-small')
+    reward.legend(ncols=4, fontsize='small', frameon=False, loc='upper center',
+                  bbox_to_anchor=(0.5, -0.15))
     with atomic_write(path, 'wb') as stream:
         figure.savefig(stream, format='png', dpi=100)
 
 
 def _draw_cells(axes, cells, column):
     """Draw `column` of the greedy evaluations, each cell and their mean."""
+    scenarios, cases = (list(dict.fromkeys(row[key] for row in cells))
+                        for key in ('scenario', 'case'))
     for name in dict.fromkeys((row['scenario'], row['case']) for row in cells):
         own = [row for row in cells if (row['scenario'], row['case']) == name]
         axes.plot([row['episodes'] for row in own], [row[column] for row in own], marker='.',
-                  linewidth=1.0, alpha=0.8, label=' '.join(name))
+                  linewidth=1.2, alpha=0.8, label=' '.join(name),
+                  color=f'C{cases.index(name[1]) % 10}',
+                  linestyle=LINES[scenarios.index(name[0]) % len(LINES)])
     when = sorted({row['episodes'] for row in cells})
     axes.plot(when, [np.mean([row[column] for row in cells if row['episodes'] == moment])
                      for moment in when], color='black', linewidth=2.5, marker='o', label='mean')
