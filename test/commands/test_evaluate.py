@@ -19,6 +19,9 @@ The fields of summary.json are a contract.
 
 import csv
 import json
+import signal
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -213,6 +216,21 @@ def test_a_folder_that_cannot_be_written_is_refused_before_any_work(scenario, tm
                    '--episodes', '1000000')
 
     assert scenario in line
+
+
+def test_ctrl_c_ends_with_one_line(scenario, tmp_path):
+    process = subprocess.Popen(
+        [sys.executable, '-m', 'wallnav_ros.commands.evaluate', '--model', 'orca', '--scenario',
+         scenario, '--episodes', '100000', '--out', tmp_path / 'out'],
+        stderr=subprocess.PIPE, stdout=subprocess.DEVNULL)
+    # The bar that says that it has begun.
+    assert b'evaluating' in process.stderr.read(20)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+
+    assert process.returncode == 130
+    assert b'evaluate: interrupted; nothing was written' in errors
+    assert b'Traceback' not in errors
 
 
 @pytest.mark.parametrize('arguments', [

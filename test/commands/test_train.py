@@ -20,6 +20,9 @@ Paper algorithm 1, in small.
 import csv
 import json
 import resource
+import signal
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -172,6 +175,20 @@ def test_more_memory_than_there_is_ends_with_status_1_and_advice(
                  f'memory={10 ** 9}']) == 1
 
     assert 'lower memory' in capsys.readouterr().err.splitlines()[-1]
+
+
+def test_ctrl_c_ends_with_one_line_that_says_how_to_go_on(config, tmp_path):
+    process = subprocess.Popen(
+        [sys.executable, '-m', 'wallnav_ros.commands.train', '--config', config, '--out',
+         tmp_path / 'out', '--set', 'imitation_episodes=100000'], stderr=subprocess.PIPE)
+    # The bar that says that it has begun.
+    assert b'imitation' in process.stderr.read(20)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+
+    assert process.returncode == 130
+    assert b'train: interrupted; --resume goes on from the last checkpoint' in errors
+    assert b'Traceback' not in errors
 
 
 @pytest.mark.parametrize('arguments', [
