@@ -18,6 +18,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from wallnav_ros.mapping.distance_field import distance_field
 from wallnav_ros.navigation.base import BaseLimits
 from wallnav_ros.navigation.localisation import Localisation
 from wallnav_ros.navigation.navigator import MOST_REASONS, Navigator
@@ -29,6 +30,7 @@ from wallnav_ros.policy.lookahead import Lookahead
 from wallnav_ros.policy.outcomes import Rule
 from wallnav_ros.world.distance_field import DistanceField
 from wallnav_ros.world.tracks import HUMAN, Tracks
+from wallnav_ros.world.walls import Walls
 
 BEAMS = 360
 OPEN = np.full(BEAMS, np.inf)
@@ -320,3 +322,22 @@ def test_reasons_for_rejection_do_not_fill_the_memory():
         navigator.reject('scan', f'range_max: {number}')
     assert len(navigator.rejected) <= MOST_REASONS + 1
     assert sum(navigator.rejected.values()) == 1000
+
+
+def test_somebody_who_stands_in_the_way_is_gone_round_without_standing_before_them():
+    robot = Robot(Localisation(np.zeros(3)))
+    robot.navigator.set_walls(distance_field(Walls.from_polylines(
+        [[(-2, -2), (12, -2), (12, 2), (-2, 2), (-2, -2)]])))
+    # A disc of 0.3 m radius, 3 m ahead, in a hall 4 m wide.
+    offset = np.radians(np.arange(BEAMS) - BEAMS // 2)
+    inside = np.abs(3.0 * np.sin(offset)) < 0.3
+    robot.ranges = np.where(
+        inside & (np.abs(offset) < 1.0),
+        3.0 * np.cos(offset) - np.sqrt(np.maximum(0.09 - (3.0 * np.sin(offset)) ** 2, 0.0)),
+        np.inf)
+    robot.drive_to(10.0, 0.0, 'map')
+    assert robot.navigator.way is robot.navigator.guide.route
+    states = [robot.sense().state for _ in range(25)]
+    assert set(states) == {'driving'}
+    assert robot.navigator.guide.detours == 1
+    assert abs(robot.navigator.plan.goal[1]) > 0.1

@@ -17,12 +17,14 @@ Where to go next: the goal, the way to it, and the sub-goal that the policy can 
 REP-105: a goal in `map` stays put there, one in `odom` drifts with it. Ways: `mapping.route`.
 """
 
+from contextlib import suppress
 from dataclasses import replace
 
 import cv2
 import numpy as np
 
 from wallnav_ros.mapping.route import plan_route, RouteError
+from wallnav_ros.navigation.detours import Detour, Detours
 from wallnav_ros.navigation.given_path import GivenPath
 from wallnav_ros.navigation.localisation import MAP
 from wallnav_ros.navigation.watchdogs import Stop
@@ -43,19 +45,25 @@ class Guide:
     Holds the goal and the way to it, or why there is none.
 
     goal: the position (2,) and the name of its frame, or None. ended: the Stop that explains
-    why there is none. route: the Route planned, None where no map says anything. detours: how
-    often another way was planned because the first one was blocked.
+    why there is none. route: the Route planned, None where no map says anything. replanned: how
+    often another one was, the robot being stuck.
     """
 
     def __init__(self):
         self.ended = Stop('no_goal', 'no goal')
-        self._given, self.detours = None, 0
+        self._given, self.replanned, self._detours = None, 0, Detours()
         self._drop()
+
+    @property
+    def detours(self):
+        """Return how often another way was planned because the first one was blocked."""
+        return self.replanned + self._detours.count
 
     def _drop(self):
         self.goal = self.route = self._walls = None
         self._blocking = np.empty((0, 2))
         self._nearest, self._since = np.inf, None
+        self._detours.drop()
 
     def end(self, stop):
         """Drop the goal, `stop` (a Stop) being the reason; returns it."""
@@ -130,6 +138,7 @@ class Guide:
             return (f'no way that a robot of {radius:g} m radius fits through leads to it from '
                     f'({start[0]:.2f}, {start[1]:.2f})')
         self.route, self._walls = route, walls
+        self._detours.drop()
         return None
 
     def replan(self, place, walls, radius, blocking):
@@ -144,18 +153,34 @@ class Guide:
         refusal = self.plan(place, walls, radius)
         if refusal is not None:
             self._blocking = np.empty((0, 2))
-        self.detours += refusal is None
+        self.replanned += refusal is None
         return refusal
+
+    def go_round(self, place, radius, position, discs):
+        """
+        Leave the route where somebody stands on it, and take it again when that is over.
+
+        position: (2,) of the robot; discs: position (N, 2) and radius (N,) of who stands, all in
+        the map. A path that was handed in is its planner's to change.
+        """
+        way = self.way(place, radius)
+        if way is None or isinstance(way, GivenPath):
+            return
+        before = self._detours.now
+        with suppress(RouteError):
+            self._detours.seek(self.route, _snap(self.route, position), discs, radius)
+        if self._detours.now is not before:
+            self._since = None
 
     def rest(self):
         """Note that the robot stands for another reason than what is in its way."""
         self._since = None
 
     def way(self, place, radius):
-        """Return the GivenPath or Route to follow, None for straight to the goal."""
+        """Return the GivenPath, Route or Detour to follow, None for straight to the goal."""
         walls = self._walls if self.route is not None else None
         given = self._given_path(place, walls, radius)
-        return self.route if given is None else given
+        return given or self._detours.now or self.route
 
     def sub_goal(self, place, radius, position):
         """Return where to head for (2,) from `position` (2,), and the metres beyond it."""
@@ -164,10 +189,11 @@ class Guide:
             return self.goal_in_state(place), 0.0
         if isinstance(way, GivenPath):
             return way.guide(position)
-        target, beyond = way.guide(_snap(way, position)[None])
+        route, rest = (way.route, way.rest) if isinstance(way, Detour) else (way, 0.0)
+        target, beyond = route.guide(_snap(route, position)[None])
         if beyond[0] and np.hypot(*(target[0] - position)) < AT_HAND:
-            target, beyond = way.guide(target)
-        return target[0], float(beyond[0])
+            target, beyond = route.guide(target)
+        return target[0], float(beyond[0]) + rest
 
     def is_stuck(self, place, radius, position, now):
         """Return whether the robot at `position` (2,) has long not got nearer to its goal."""

@@ -24,10 +24,12 @@ import math
 import numpy as np
 
 from wallnav_ros.mapping.registration import register
+from wallnav_ros.navigation.watchdogs import Stop
 from wallnav_ros.perception.odometry_buffer import PoseBuffer
 from wallnav_ros.world.geometry import compose, invert, rotate, wrap_angle
 
 MAP = 'map'
+FIX_DISTANCE = 0.5         # m driven without a fix before its age counts
 ODOMETRY_DRIFT = 0.02      # m per m and rad per m from where the map last spoke; common wheels
 UNTOLD = np.diag((0.1, 0.1, 0.05)) ** 2      # covariance of a fix that comes without one
 LEAST = np.diag((0.02, 0.02, 0.01)) ** 2     # added to one: no fix is as good as some believe
@@ -140,6 +142,17 @@ class Localisation:
         """Return the farthest jump in metres since this was last asked."""
         jumped, self._jumped = self._jumped, 0.0
         return jumped
+
+    def fault(self, now, timeout):
+        """Return the Stop that a fix calls for which is older than `timeout` s, or None."""
+        if self.map_from_odom is None or self.fixed:
+            return None
+        # AMCL is silent while the robot stands: only what was driven since makes a fix old.
+        age = now - self.fix_stamp
+        if age <= timeout or self.travelled <= FIX_DISTANCE:
+            return None
+        return Stop('localisation_stale', f'localisation: no pose for {age:.2f} s and '
+                    f'{self.travelled:.2f} m (timeout {timeout:g} s)')
 
     def odom_pose(self, stamp):
         """Return the robot (3,) in the odometry's frame at `stamp`, None if it cannot be told."""

@@ -31,8 +31,8 @@ from wallnav_ros.navigation.watchdogs import ClockWatch, Feed, LoopWatch, Stop
 from wallnav_ros.world.geometry import compose, drive_unicycle
 from wallnav_ros.world.state import Robot
 
-FIX_DISTANCE = 0.5             # m driven without a fix before its age counts
 MOST_REASONS = 50              # kept apart
+LOOK_EVERY = 0.5               # s between two looks for who stands in the way
 
 
 class Navigator:
@@ -57,7 +57,7 @@ class Navigator:
             self.feeds['tracks'] = Feed('tracks')
         self.plan = self.map_fault = None
         self._driver, self.tracker = Driver(lookahead, settings), tracker
-        self._due = -np.inf
+        self._due = self._looked = -np.inf
         self.set_settings(settings)
 
     def set_settings(self, settings):
@@ -235,24 +235,12 @@ class Navigator:
         for feed in self.feeds.values():
             fault = fault or feed.fault(now)
         if fault is None:
-            fault = self._localisation_fault(now)
+            fault = self.localisation.fault(now, self.settings.localisation_timeout)
         if fault is None and self.guide.goal is None:
             fault = self.guide.ended
         if fault is None and self.guide.goal_in_state(self.localisation) is None:
             fault = Stop('localisation_missing', f'localisation: no pose in {self.guide.goal[1]}')
         return fault
-
-    def _localisation_fault(self, now):
-        place = self.localisation
-        if place.map_from_odom is None or place.fixed:
-            return None
-        # AMCL is silent while the robot stands: only what was driven since makes a fix old.
-        age = now - place.fix_stamp
-        if age > self.settings.localisation_timeout and place.travelled > FIX_DISTANCE:
-            return Stop('localisation_stale', f'localisation: no pose for {age:.2f} s and '
-                        f'{place.travelled:.2f} m (timeout '
-                        f'{self.settings.localisation_timeout:g} s)')
-        return None
 
     def _arrived(self):
         place = self.localisation
@@ -261,7 +249,10 @@ class Navigator:
 
     def _decide_when_due(self, stamp, now):
         step = self._driver.time_step
-        if self.guide.goal is None or stamp < self._due:
+        if self.guide.goal is None:
+            return
+        if stamp < self._due:
+            self._look_ahead(stamp)
             return
         # Counted from the last due time, so that decisions keep their rate at any scan rate.
         self._due = (self._due if stamp - self._due < step else stamp) + step
@@ -279,6 +270,13 @@ class Navigator:
             if stuck:
                 self._plan_detour(now)
         self.plan = self._driver.decide(self.observe(now), stamp, place.state_frame, now)
+
+    def _look_ahead(self, stamp):
+        """Go round whoever stands in the way; between decisions, so that none waits for it."""
+        place = self.localisation
+        if self.plan is not None and not 0.0 <= stamp - self._looked < LOOK_EVERY:
+            self._looked = stamp
+            self.guide.go_round(place, self._room, place.newest()[:2], self.scene.bystanders())
 
     def _plan_detour(self, now):
         """Plan a route around what blocks the way now; the old one stays where there is none."""

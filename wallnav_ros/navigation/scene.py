@@ -21,6 +21,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from wallnav_ros.navigation.detours import Standing
 from wallnav_ros.navigation.localisation import MAP
 from wallnav_ros.navigation.surfaces import (
     add_surfaces, assign_points, NearSurfaces, outlines, scan_points, WALL_MARGIN)
@@ -43,6 +44,7 @@ class Scene:
     def __init__(self, place, time_step):
         self.map_walls = None
         self._place, self._tracks, self._trails = place, None, Trails(time_step)
+        self._standing = Standing()
         self._points, self._laser = np.empty((0, 2)), np.zeros(3)
 
     @property
@@ -55,8 +57,10 @@ class Scene:
         self._tracks = tracks
         if tracks is None:
             self._trails.forget()
+            self._standing.forget()
         else:
             self._trails.take(tracks)
+            self._standing.take(tracks)
 
     def take_scan(self, scan, laser):
         """
@@ -104,6 +108,11 @@ class Scene:
         """Return points (K, 2) on everything that stands and that the map does not know."""
         agents, points = self._seen(now)
         return outlines(points, agents)
+
+    def bystanders(self):
+        """Return the position (K, 2) and radius (K,) of all tracks that have stood for long."""
+        position, radius = self._standing.discs()
+        return to_parent(self._place.odom_in_state, position), radius
 
     def _seen(self, now):
         """Return the Agents at `now` and the points (K, 2) that belong to none of them."""
