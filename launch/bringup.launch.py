@@ -28,7 +28,8 @@ from launch_ros.substitutions import FindPackageShare
 ARGUMENTS = (
     ('map', '', 'YAML file of the map; empty: take it from topic map'),
     ('params_file', PathJoinSubstitution(
-        [FindPackageShare('wallnav_ros'), 'params', 'wallnav.yaml']), 'parameters of all nodes'),
+        [FindPackageShare('wallnav_ros'), 'params', 'wallnav.yaml']),
+     'parameters of all nodes; what has an argument here is not taken from the file'),
     ('namespace', '', 'of all nodes and topics'),
     ('use_sim_time', 'false', 'take the time from /clock'),
     ('tracks_in_process', 'true', 'let policy_node track the scan itself'),

@@ -33,6 +33,8 @@ ARGUMENTS = (
     ('map', PathJoinSubstitution(
         [FindPackageShare('wallnav_ros'), 'maps',
          [LaunchConfiguration('scenario'), '.yaml']]), 'YAML file of the map of the scenario'),
+    ('robot_radius', '0.2', 'm, as the scenario says; 0.24 in lab_1 to lab_3'),
+    ('preferred_speed', '0.8', 'm/s, as the scenario says'),
     ('model', 'wallnav', 'weight file, or the name of a shipped one'),
     ('rviz', 'true', 'open RViz'),
 )
@@ -60,7 +62,10 @@ def generate_launch_description():
             'seed': value('seed', int), 'speed': value('speed', float), 'wait_for_goal': True}),
         node('map_walls_node', on_map),
         node('scan_tracker_node', on_map),
-        node('policy_node', {**on_map, 'tracks_source': 'topic', 'model': value('model', str)}),
+        node('policy_node', {
+            **on_map, 'tracks_source': 'topic', 'model': value('model', str),
+            'robot_radius': value('robot_radius', float),
+            'preferred_speed': value('preferred_speed', float)}),
         Node(package='rviz2', executable='rviz2', output='screen',
              arguments=['-d', PathJoinSubstitution(
                  [FindPackageShare('wallnav_ros'), 'rviz', 'wallnav.rviz'])],
