@@ -19,7 +19,6 @@ After the trajectory figures of the paper (Figs. 5 and 6), on recorded scans.
 
 from dataclasses import dataclass
 
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import EllipseCollection, LineCollection
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
@@ -117,7 +116,6 @@ def _lay_out(width, height):
         figure = Figure(figsize=(15.0, down + 6.0), layout='constrained')
         grid = figure.add_gridspec(5, 1, height_ratios=(down, 0.7, 1.5, 1.5, 1.5))
         cells = [grid[row] for row in range(5)]
-    FigureCanvasAgg(figure)
     place, key, *strips = (figure.add_subplot(cell) for cell in cells)
     return figure, place, key, strips
 

@@ -19,7 +19,6 @@ After Figs. 5 and 6 of the paper; time runs from light to dark.
 
 from textwrap import fill
 
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
@@ -105,7 +104,6 @@ def _draw_episode(axes, walls, trajectories):
 
 
 def _write(figure, path, dpi):
-    FigureCanvasAgg(figure)
     with atomic_write(path, 'wb') as stream:
         figure.savefig(stream, format='png', dpi=dpi)
 

@@ -17,15 +17,12 @@ What a training run leaves for people: its curves and the model card.
 Paper section 7 (Figs. 4 and 7): rates and rewards over the episodes trained.
 """
 
-import matplotlib
 from matplotlib.figure import Figure
 import numpy as np
 
 from wallnav_ros.learning.kinds import KINDS
 from wallnav_ros.simulation.batch import OUTCOMES
 from wallnav_ros.world.files import atomic_write
-
-matplotlib.use('Agg')
 
 OURS = ('Not for people who run, nor for floors that are not flat: it has met neither. It assumes '
         'that everything within 5 m is seen by the laser or is in the map.')
