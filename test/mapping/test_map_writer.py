@@ -134,6 +134,8 @@ def test_what_lies_beyond_the_bounds_is_left_out(tmp_path):
     (([ngon((0, 0), 1, 5)], [], (0, 0, -1, 1)), '^bounds: expected'),
     (([ngon((0, 0), 1, 5)], [], None, 0.0), '^resolution: '),
     (([ngon((0, 0), 1e6, 5)],), '^bounds: .* too many'),
+    # 67 million cells: more than a map may have that is read.
+    (([ngon((0, 0), 1, 5)], [], (0, 0, 410, 410)), '^bounds: 8200 x 8200 cells are too many'),
 ])
 def test_a_malformed_shape_is_refused_and_nothing_is_written(tmp_path, arguments, problem):
     with pytest.raises(ValueError, match=problem):

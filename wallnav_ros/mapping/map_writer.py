@@ -22,12 +22,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 import shapely
+from wallnav_ros.mapping.map_image import MOST_PIXELS
 from wallnav_ros.world.files import atomic_write
 from wallnav_ros.world.walls import Walls
 import yaml
 
 FREE, OCCUPIED = 255, 0
-MOST_CELLS = 100_000_000
 
 
 def write_map(yaml_path, solids, lines=(), bounds=None, resolution=0.05):
@@ -83,7 +83,8 @@ def _lay_grid(segments, bounds, resolution):
         raise ValueError('bounds: expected x_min, y_min, x_max, y_max in rising order')
     # Rounded first: 10.0 m at 0.05 m is 200 cells, whatever the last bit of the quotient says.
     columns, rows = np.ceil(np.round((bounds[2:] - bounds[:2]) / resolution, 6))
-    if columns * rows > MOST_CELLS:
+    # What could not be read again is not written.
+    if columns * rows > MOST_PIXELS:
         raise ValueError(f'bounds: {columns:.0f} x {rows:.0f} cells are too many to write')
     return bounds[:2], (int(rows), int(columns))
 
