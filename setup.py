@@ -25,7 +25,7 @@ from setuptools import find_packages, setup
 PACKAGE = 'wallnav_ros'
 NODES = ('policy_node', 'scan_tracker_node', 'map_walls_node', 'simulator_node')
 TOOLS = ('extract_walls', 'replay', 'train', 'train_motion', 'evaluate', 'drive', 'benchmark',
-         'make_maps', 'score_tracking')
+         'make_maps', 'score_tracking', 'lab_tests')
 ASSETS = ('params', 'maps', 'models', 'scenarios', 'launch', 'rviz')
 
 

@@ -29,7 +29,7 @@ import pytest
 PACKAGE = 'wallnav_ros'
 NODES = {'policy_node', 'scan_tracker_node', 'map_walls_node', 'simulator_node'}
 TOOLS = {'extract_walls', 'replay', 'train', 'evaluate', 'drive', 'benchmark', 'make_maps',
-         'score_tracking', 'train_motion'}
+         'score_tracking', 'train_motion', 'lab_tests'}
 
 # Keys of the ROS distribution and of Ubuntu 24.04 in the rosdep database.
 ROSDEP_KEYS = {
