@@ -306,6 +306,12 @@ def test_tensors_alone_are_refused(path, value_function):
     assert refusal(path) == 'metadata: missing or not JSON; export the weights again'
 
 
+def test_the_shipped_motion_model_is_told_from_a_policy(repository):
+    line = refusal(repository / 'models' / 'motion.npz')
+
+    assert line == 'a motion model alone decides nothing: give the weights of a policy'
+
+
 @pytest.mark.parametrize('key', sorted(metadata_of()))
 def test_each_part_of_the_metadata_is_needed(path, value_function, key):
     metadata = metadata_of()

@@ -70,6 +70,8 @@ def test_a_file_of_ones_own_comes_before_a_shipped_one(share, tmp_path, monkeypa
 def test_an_unknown_asset_is_refused_with_what_there_is(share):
     with pytest.raises(FileNotFoundError, match=r'^best: .* shipped models \(default\)$'):
         find_asset('models', 'best', '.npz')
+    with pytest.raises(FileNotFoundError, match="^'': no such file"):
+        find_asset('models', '', '.npz')
     with pytest.raises(FileNotFoundError, match=r'\(none\)$'):
         find_asset('maps', 'hall', '.yaml')
 

@@ -198,6 +198,9 @@ def _read_metadata(path, text):
         metadata = None
     if not isinstance(metadata, dict):
         raise WeightsError(f'{path}: metadata: missing or not JSON; export the weights again')
+    if set(metadata) == {'motion'}:
+        raise WeightsError(f'{path}: a motion model alone decides nothing: give the weights of a '
+                           'policy')
     for key in METADATA:
         if key not in metadata:
             raise WeightsError(f'{path}: metadata.{key}: missing; export the weights again')

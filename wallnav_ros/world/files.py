@@ -57,7 +57,8 @@ def find_asset(kind, name, suffix):
         if shipped.is_file():
             return shipped
     known = ', '.join(sorted(found.stem for found in folder.glob(f'*{suffix}'))) or 'none'
-    raise FileNotFoundError(f'{name}: no such file, nor one of the shipped {kind} ({known})')
+    raise FileNotFoundError(
+        f'{name or repr(name)}: no such file, nor one of the shipped {kind} ({known})')
 
 
 @contextmanager
