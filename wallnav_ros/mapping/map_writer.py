@@ -85,7 +85,8 @@ def _lay_grid(segments, bounds, resolution):
     columns, rows = np.ceil(np.round((bounds[2:] - bounds[:2]) / resolution, 6))
     # What could not be read again is not written.
     if columns * rows > MOST_PIXELS:
-        raise ValueError(f'bounds: {columns:.0f} x {rows:.0f} cells are too many to write')
+        raise ValueError(f'bounds: {columns:.0f} x {rows:.0f} cells are too many to write: '
+                         'use a coarser resolution')
     return bounds[:2], (int(rows), int(columns))
 
 
