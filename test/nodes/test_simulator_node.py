@@ -14,6 +14,7 @@
 """The simulator node over real DDS: what its scanner sees, what it obeys, how it reports."""
 
 import json
+import signal
 from time import monotonic
 
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
@@ -68,6 +69,14 @@ class Listener:
         end = clock.now().nanoseconds + timeout * 1e9
         while not condition():
             assert clock.now().nanoseconds < end, 'did not happen in time'
+            self._executor.spin_once(timeout_sec=0.05)
+
+    def wait_for_silence(self, duration=1.0):
+        """Spin until no odometry has come for `duration` s."""
+        heard, since = 0, monotonic()
+        while monotonic() - since < duration:
+            if len(self.heard['odom']) != heard:
+                heard, since = len(self.heard['odom']), monotonic()
             self._executor.spin_once(timeout_sec=0.05)
 
     def episode(self):
@@ -175,3 +184,18 @@ def test_refuses_what_it_cannot_simulate(start, fault, told):
     node = start('simulator_node', fault)
     assert node.status() == 2
     assert len(node.lines) == 1 and told in node.lines[0]
+
+
+def test_stamps_do_not_fall_behind_the_clock_of_a_machine_that_was_held_up(start, listener):
+    process = start('simulator_node', {'scenario': 'cross_path', 'case': 'none'}).process
+    odometry = listener.heard['odom']
+    listener.wait(lambda: odometry)
+    process.send_signal(signal.SIGSTOP)
+    listener.wait_for_silence()
+    process.send_signal(signal.SIGCONT)
+    count = len(odometry)
+    # Once it has caught up with what it catches up with, it is on time again.
+    listener.wait(lambda: len(odometry) > count + 40)
+    behind = listener.node.get_clock().now().nanoseconds * 1e-9 - convert.seconds(
+        odometry[-1].header.stamp)
+    assert behind < 0.5

@@ -133,6 +133,9 @@ class SimulatorNode(Node):
         """Advance by the ticks that wall time says are due, at most LONGEST_LAG of it."""
         now = monotonic()
         lag = min(now - self._wall, LONGEST_LAG)
+        if self._clock_publisher is None:
+            # Stamps by the machine's clock must not fall behind it for good.
+            self._epoch += now - self._wall - lag
         ticks = int(lag * self.options.speed / TICK)
         self._wall = now - (lag - ticks * TICK / self.options.speed)
         for _ in range(ticks):
