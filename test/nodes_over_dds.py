@@ -18,7 +18,7 @@ import os
 import subprocess
 import sys
 import threading
-from time import monotonic
+from time import monotonic, time
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist, TwistStamped
@@ -78,7 +78,7 @@ class Robot:
 
     Switches: `scans`, `odometry`, `tracks`, `fixes`, `clock` say what it sends, `fix_shift`
     (3,) how far off its fixes are.
-    Records: `commands` [(monotonic, v, w)], `causes` and `messages` (of the node's
+    Records: `commands` [(monotonic when sent, v, w)], `causes` and `messages` (of the node's
     diagnostics, in order), `values` (the newest of them).
     """
 
@@ -91,6 +91,7 @@ class Robot:
         self.values = {}
         self.last_scan = self.last_odometry = self.last_fix = None
         self.matched = 0
+        self._steady = monotonic() - time()
         self._context = rclpy.Context()
         rclpy.init(context=self._context)
         self.node = rclpy.create_node('robot', namespace=namespace, context=self._context)
@@ -181,12 +182,14 @@ class Robot:
     def _note_match(self, event):
         self.matched += event.current_count_change > 0
 
-    def _take_command(self, message):
+    def _take_command(self, message, info):
+        # When the node sent it: what this process takes to notice is not the node's doing.
+        sent = info['source_timestamp'] * 1e-9 + self._steady
         if isinstance(message, TwistStamped):
             self.headers.append(message.header)
             message = message.twist
         self.velocity = np.array([message.linear.x, message.angular.z])
-        self.commands.append((monotonic(), *self.velocity.tolist()))
+        self.commands.append((sent, *self.velocity.tolist()))
 
     def _take_diagnostics(self, message):
         for status in message.status:
