@@ -29,7 +29,7 @@ from wallnav_ros.evaluation.survey import survey_recording
 from wallnav_ros.evaluation.tracking import (
     GATE, longest_stray, people_seen, score_people, STRAY, track_recording)
 from wallnav_ros.evaluation.tracking_page import PAGE
-from wallnav_ros.evaluation.tracking_simulation import MATCH, score_simulation, SETTLED
+from wallnav_ros.evaluation.tracking_simulation import MATCH, score_simulation, SETTLED, STEP
 from wallnav_ros.simulation.scenarios import load_scenario
 
 COUNTS = 'people_counts.txt'
@@ -90,6 +90,7 @@ def simulation_lines():
                  found.velocity_rmse <= 0.12),
                 ('label accuracy', found.label_accuracy, '>= 0.95',
                  found.label_accuracy >= 0.95),
+                ('label accuracy, decidable', found.decided_accuracy, '', True),
                 ('recall', found.scores.recall, '', True),
                 ('precision', found.scores.precision, '', True),
                 ('MOTP, m', found.scores.motp, '', True),
@@ -105,7 +106,8 @@ def page(recordings, simulations, pictures):
     shown = '\n\n'.join(f'![{caption}]({file})\n\n*{caption}*' for file, caption in pictures)
     return PAGE.format(
         recordings='\n'.join(recordings), simulations='\n'.join(simulations), pictures=shown,
-        gate=GATE, stray=STRAY, match=MATCH, settled=SETTLED, seeds=len(SEEDS))
+        gate=GATE, stray=STRAY, match=MATCH, settled=SETTLED, step=STEP,
+        seeds=len(SEEDS))
 
 
 def _verdicts(row, ids, humans):

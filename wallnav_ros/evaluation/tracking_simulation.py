@@ -20,6 +20,7 @@ A robot drives through a scenario's crowd with noisy ranges and drifting odometr
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from wallnav_ros.evaluation.tracking import clear_mot, Scores
 from wallnav_ros.perception.scan import Scan
@@ -28,12 +29,13 @@ from wallnav_ros.simulation.batch import RUNNING
 from wallnav_ros.simulation.episodes import draw_episode
 from wallnav_ros.simulation.lidar import Lidar
 from wallnav_ros.simulation.live_world import Base, LiveWorld
-from wallnav_ros.world.geometry import compose, invert, rotate, to_child
+from wallnav_ros.world.geometry import compose, distances, invert, rotate, to_child
 from wallnav_ros.world.tracks import HUMAN
 
 PERIOD = 0.1          # s between scans
 SEEN_BEAMS = 5        # beams that must end on an agent for it to count as visible
 MATCH = 0.5           # m between an agent and a track of it
+STEP = 0.5            # m to walk since a track's birth until it must show
 SETTLED = 1.0         # s after birth, when a velocity has to be right
 CRUISE = 0.6          # m/s of the robot
 ROOM = 1.0            # m ahead that must be free for it to go on
@@ -44,13 +46,16 @@ class SimulatedScores:
     """
     scores: the Scores of all tracks against all visible agents.
 
-    velocity_rmse: m/s, of tracks SETTLED seconds old. label_accuracy: share of the matches.
+    velocity_rmse: m/s, of tracks SETTLED seconds old. label_accuracy: share of the matches;
+    decided_accuracy: of those but the walkers who have not come STEP metres since their track's
+    birth: nobody can tell those from things that stand.
     count_error: mean difference of the numbers of tracks and of visible agents.
     """
 
     scores: Scores
     velocity_rmse: float
     label_accuracy: float
+    decided_accuracy: float
     count_error: float
 
 
@@ -63,19 +68,23 @@ def score_simulation(scenario, case, seeds, noise=0.02, drift=0.02, duration=20.
     """
     frames, velocity_errors, labels, counts = [], [], [], []
     for seed in seeds:
-        born = {}
+        born, way = {}, None
         for moment in _episode(scenario, case, seed, noise, drift, duration, settings):
             true, tracks, time = moment
+            gone = PERIOD * np.hypot(*true.velocity.T)
+            way = gone if way is None else way + gone
             for number in tracks.id.tolist():
-                born.setdefault(number, time)
+                born.setdefault(number, (time, way))
             frames.append(_frame(true, tracks, seed))
             counts.append(abs(len(frames[-1][2]) - len(frames[-1][0])))
-            errors, right = _compare(true, tracks, born, time)
+            errors, right = _compare(true, tracks, born, time, way)
             velocity_errors += errors
             labels += right
+    right, decided = np.array(labels, dtype=bool).T
     return SimulatedScores(clear_mot(frames, MATCH),
                            float(np.sqrt(np.mean(np.square(velocity_errors)))),
-                           float(np.mean(labels)), float(np.mean(counts)))
+                           float(right.mean()), float(right[decided].mean()),
+                           float(np.mean(counts)))
 
 
 @dataclass(frozen=True)
@@ -142,15 +151,25 @@ def _frame(true, tracks, seed):
             tracks.position[~hidden])
 
 
-def _compare(true, tracks, born, time):
-    """Return (velocity errors in m/s of settled tracks, labels right) of the nearest pairs."""
-    errors, right = [], []
-    for agent in np.flatnonzero(true.seen):
-        gap = np.linalg.norm(tracks.position - true.position[agent], axis=1)
-        if not len(gap) or gap.min() > MATCH:
+def _compare(true, tracks, born, time, way):
+    """
+    Return velocity errors in m/s of settled tracks and (label right, label decidable), by pairs.
+
+    Pairs are one to one, as for `clear_mot`. born: {track: (s, way)} at birth; way: (N,) metres
+    that the agents have walked so far.
+    """
+    errors, labels = [], []
+    agents = np.flatnonzero(true.seen)
+    gap = distances(true.position[agents], tracks.position)
+    pairs = linear_sum_assignment(np.where(gap <= MATCH, gap, 1e3))
+    for row, track in zip(*pairs):
+        if gap[row, track] > MATCH:
             continue
-        track = int(gap.argmin())
-        right.append((tracks.label[track] == HUMAN) == true.walks[agent])
-        if time - born[int(tracks.id[track])] >= SETTLED:
+        agent = agents[row]
+        birth, before = born[int(tracks.id[track])]
+        walks = bool(true.walks[agent])
+        labels.append(((tracks.label[track] == HUMAN) == walks,
+                       not walks or way[agent] - before[agent] >= STEP))
+        if time - birth >= SETTLED:
             errors.append(np.linalg.norm(tracks.velocity[track] - true.velocity[agent]))
-    return errors, right
+    return errors, labels

@@ -80,7 +80,9 @@ class EgoMotion:
             if matched is not None:
                 pose = matched
             elif not known:
-                pose = compose(self.correction, given)
+                # With nothing to go by, a robot goes on for a while, then it may as well stand.
+                coast = np.exp(-elapsed / self.settings.coast_time) * elapsed
+                pose = compose(compose(self.correction, coast * self.rate), given)
             if reference.is_left_behind(pose, share):
                 reference.add(points, pose)
         self.correction = compose(pose, invert(given))
@@ -109,9 +111,8 @@ class EgoMotion:
         if not known:
             return max(elapsed, 1e-3) * np.array(
                 [settings.unknown_speed, settings.unknown_speed, settings.unknown_turn])
-        share = settings.odometry_error
-        moved = 0.005 + share * float(np.hypot(step[0], step[1]))
-        return np.array([moved, moved, 0.002 + share * abs(step[2])])
+        moved = 0.005 + settings.odometry_slip * float(np.hypot(step[0], step[1]))
+        return np.array([moved, moved, 0.002 + settings.odometry_error * abs(step[2])])
 
 
 class _Reference:
