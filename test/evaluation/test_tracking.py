@@ -66,3 +66,5 @@ def test_the_simulated_crowd_is_followed():
     assert found.scores.mota > 0.8
     assert found.velocity_rmse < 0.25
     assert found.label_accuracy > 0.7
+    # Who has walked half a metre has shown it.
+    assert found.decided_accuracy > max(found.label_accuracy, 0.9)

@@ -138,7 +138,7 @@ def test_noise_on_the_walls_of_a_corridor_does_not_hold_the_robot_back(rng):
     # Walls say nothing of the way along them; normals that are off by noise seem to.
     truth = path(60, step=(0.1, 0.0, 0.0), start=(0.0, 0.2, 0.0))
     _, poses = follow(truth, truth, rng, scene=lambda pose, noise: see(pose, CORRIDOR, noise))
-    assert max(error(*pair)[0] for pair in zip(poses, truth)) < 0.25
+    assert max(error(*pair)[0] for pair in zip(poses, truth)) < 0.05
 
 
 def test_an_untracked_robot_that_sees_nothing_it_knows_goes_on_for_a_second():
