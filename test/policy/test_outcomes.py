@@ -103,6 +103,7 @@ def test_a_state_comes_out_the_same_beside_any_other():
               for a, b in ((near, far), (far, near), (far, far))]
 
     class Unsure:
+
         def forecast(self, agents, walls, steps, time_step):
             ways = constant_velocity(agents, steps, time_step)
             return Forecast(ways.chance, ways.position, np.full(ways.spread.shape, 0.4))

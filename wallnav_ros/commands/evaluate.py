@@ -18,6 +18,7 @@ Paper section 7; writes summary.json, episodes.csv, tables.md and pictures of tr
 """
 
 import argparse
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 import json
 from pathlib import Path
@@ -74,6 +75,10 @@ def main(arguments=None):
     except (OSError, ScenarioError, WeightsError) as error:
         print(f'evaluate: {error}', file=sys.stderr)
         return 2
+    except BrokenProcessPool:
+        print('evaluate: a worker was killed, perhaps for want of memory; nothing was written: '
+              'give fewer --workers', file=sys.stderr)
+        return 1
     except KeyboardInterrupt:
         print('evaluate: interrupted; nothing was written', file=sys.stderr)
         return 130

@@ -22,14 +22,18 @@ from tempfile import TemporaryDirectory
 from time import process_time
 
 from wallnav_ros.learning.device import prepare_device
-from wallnav_ros.learning.settings import TrainSettings
+from wallnav_ros.learning.settings import load_settings
 from wallnav_ros.learning.trainer import Trainer
+from wallnav_ros.world.files import find_asset
 
-PATHS = {'curve_path': 1, 'cross_path': 1}
 
+def training_rate(episodes=96, settings=None):
+    """
+    Return how many episodes an hour of one core trains on, updates included.
 
-def training_rate(episodes=96, settings=TrainSettings(scenarios=PATHS)):
-    """Return how many episodes an hour of one core trains on, updates included."""
+    settings: TrainSettings, those of the default configuration where none are given.
+    """
+    settings = settings or load_settings(find_asset('params/training', 'default', '.yaml'))
     settings = replace(settings, imitation_episodes=32, imitation_updates=1, episodes=episodes,
                        evaluate_every=episodes + 1)
     with TemporaryDirectory() as folder:

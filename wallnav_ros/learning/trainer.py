@@ -40,8 +40,8 @@ from wallnav_ros.learning.report import draw_curves, write_card
 from wallnav_ros.learning.settings import SettingsError
 from wallnav_ros.policy.actions import make_actions
 from wallnav_ros.policy.lookahead import MOST_AGENTS
-from wallnav_ros.policy.outcomes import Rule
 from wallnav_ros.policy.motion_weights import load_motion
+from wallnav_ros.policy.outcomes import Rule
 from wallnav_ros.simulation.batch import OUTCOMES
 from wallnav_ros.simulation.episodes import draw_episode
 from wallnav_ros.simulation.orca import OrcaPolicy

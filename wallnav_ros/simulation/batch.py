@@ -22,8 +22,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from wallnav_ros.policy.outcomes import GOAL_TOLERANCE
 from wallnav_ros.policy.motion import PAST
+from wallnav_ros.policy.outcomes import GOAL_TOLERANCE
 from wallnav_ros.policy.rewards import someone_passing, StepFacts, warning_radius
 from wallnav_ros.simulation.crowd import Crowd
 from wallnav_ros.simulation.detours import Detours
