@@ -29,8 +29,9 @@ GATE = 0.35            # m from every wall, beyond which a beam end is no wall o
 SOFT = 0.10            # m from a wall, beyond which a beam end counts for ever less
 NOISE = 0.05           # m, of a beam end and the map together
 FEWEST = 15            # beam ends near walls, below which nothing is told
-MOST = 150             # beam ends that are looked at
+MOST = 100             # beam ends that are looked at
 ROUNDS = 6
+CLOSE = 1e-3           # m and rad, below which another round is not worth it
 _AROUND = np.array([(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, -1), (1, -1), (-1, 1)])
 
 
@@ -67,7 +68,7 @@ def register(points, start, known, covariance, walls):
         off[2] = wrap_angle(off[2])
         step = np.linalg.solve(bend + prior, -(slope + prior @ off))
         pose = pose + step
-        if np.abs(step).max() < 1e-4:
+        if np.abs(step).max() < CLOSE:
             break
     pose[2] = wrap_angle(pose[2])
     return Registration(pose, np.linalg.inv(bend + prior))
