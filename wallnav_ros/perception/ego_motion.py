@@ -80,9 +80,7 @@ class EgoMotion:
             if matched is not None:
                 pose = matched
             elif not known:
-                # With nothing to go by, a robot goes on for a while, then it may as well stand.
-                coast = np.exp(-elapsed / self.settings.coast_time) * elapsed
-                pose = compose(compose(self.correction, coast * self.rate), given)
+                pose = compose(self.correction, given)
             if reference.is_left_behind(pose, share):
                 reference.add(points, pose)
         self.correction = compose(pose, invert(given))

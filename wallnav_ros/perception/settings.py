@@ -79,8 +79,6 @@ class TrackerSettings:
     """share of a step; wheels slip less, and in a corridor nothing else tells how far it was."""
     odometry_error: float = 0.3
     """share of a turn; slip, and odometry that lags the scan by a few hundredths of a second."""
-    coast_time: float = 1.0
-    """s; an untracked robot that sees nothing it knows goes on for about so long."""
     unknown_speed: float = 0.6
     """m/s; how much an untracked robot's velocity changes between two scans."""
     unknown_turn: float = 0.6
