@@ -17,10 +17,10 @@ import json
 
 import pytest
 
-pytest.importorskip('rclpy')
-pytest.importorskip('pyrvo')
+rclpy = pytest.importorskip('rclpy')
+pyrvo = pytest.importorskip('pyrvo')
 
-from wallnav_ros.commands.lab_tests import main
+from wallnav_ros.commands.lab_tests import main  # noqa: E402
 
 pytestmark = pytest.mark.extras
 

@@ -16,21 +16,21 @@
 import numpy as np
 import pytest
 
-pytest.importorskip('pyrvo')
+pyrvo = pytest.importorskip('pyrvo')
 
-from wallnav_ros.evaluation.closed_loop import ClosedLoop
-from wallnav_ros.mapping.distance_field import distance_field
-from wallnav_ros.mapping.occupancy_map import load_map
-from wallnav_ros.mapping.wall_extraction import extract_walls
-from wallnav_ros.navigation.navigator import Navigator
-from wallnav_ros.navigation.plans import NavigatorSettings
-from wallnav_ros.perception.tracking import Tracker
-from wallnav_ros.policy.lookahead import Lookahead
-from wallnav_ros.policy.value_function import load_value_function
-from wallnav_ros.simulation.episodes import draw_episode
-from wallnav_ros.simulation.live_world import Base, LiveWorld
-from wallnav_ros.simulation.scenarios import load_scenario
-from wallnav_ros.world.files import find_asset
+from wallnav_ros.evaluation.closed_loop import ClosedLoop  # noqa: E402
+from wallnav_ros.mapping.distance_field import distance_field  # noqa: E402
+from wallnav_ros.mapping.occupancy_map import load_map  # noqa: E402
+from wallnav_ros.mapping.wall_extraction import extract_walls  # noqa: E402
+from wallnav_ros.navigation.navigator import Navigator  # noqa: E402
+from wallnav_ros.navigation.plans import NavigatorSettings  # noqa: E402
+from wallnav_ros.perception.tracking import Tracker  # noqa: E402
+from wallnav_ros.policy.lookahead import Lookahead  # noqa: E402
+from wallnav_ros.policy.value_function import load_value_function  # noqa: E402
+from wallnav_ros.simulation.episodes import draw_episode  # noqa: E402
+from wallnav_ros.simulation.live_world import Base, LiveWorld  # noqa: E402
+from wallnav_ros.simulation.scenarios import load_scenario  # noqa: E402
+from wallnav_ros.world.files import find_asset  # noqa: E402
 
 pytestmark = pytest.mark.extras
 

@@ -19,7 +19,7 @@ import pytest
 from wallnav_ros.mapping.distance_field import distance_field
 from wallnav_ros.mapping.route import plan_route
 from wallnav_ros.navigation.detours import (
-    Detours, FORGOTTEN, LOOKS, PAUSE, Standing, STANDING, STILL)
+    Detours, FORGOTTEN, LOOKS, PAUSE, STANDING, Standing, STILL)
 from wallnav_ros.world.tracks import HUMAN, Tracks
 from wallnav_ros.world.walls import Walls
 
