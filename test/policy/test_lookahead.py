@@ -19,12 +19,12 @@ Paper section 4: a* = argmax R(s, a) + gamma^(dt v_pref) V(s').
 
 from dataclasses import replace
 
+from foreseen import TwoWays
 import numpy as np
 import pytest
 
 from wallnav_ros.policy.actions import ActionSet, make_actions, STOP
 from wallnav_ros.policy.lookahead import Lookahead
-from wallnav_ros.policy.motion import constant_velocity, Forecast
 from wallnav_ros.policy.outcomes import Rule
 from wallnav_ros.world.distance_field import DistanceField
 from wallnav_ros.world.state import Agents, Observation, Robot
@@ -308,22 +308,6 @@ def test_the_rule_comes_with_the_weights_unless_overridden():
     assert lookahead.rule == Rule((2, 4), 0.2, 0.95, 'R2', 0.1)
     assert np.abs(lookahead.actions.turn_rate).max() == 1.0
     assert Lookahead.from_weights(Weights(), [1]).rule.horizons == (1,)
-
-
-class TwoWays:
-    """A motion model: everyone keeps their velocity, or with `chance` is at `place` instead."""
-
-    def __init__(self, chance, place, spread=0.0):
-        self.chance, self.place, self.spread = chance, np.array(place, dtype=float), spread
-
-    def forecast(self, agents, walls, steps, time_step):
-        certain = constant_velocity(agents, steps, time_step)
-        other = np.broadcast_to(self.place, certain.position.shape)
-        shape = agents.radius.shape
-        return Forecast(
-            np.stack((np.full(shape, 1.0 - self.chance), np.full(shape, self.chance)), axis=-1),
-            np.concatenate((certain.position, other), axis=2),
-            np.full((*shape, 2, steps), self.spread))
 
 
 BESIDE = Agents.of([[1.0, 5.0]], [[0.0, 0.0]], [0.3])    # far to the side, and standing

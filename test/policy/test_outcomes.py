@@ -17,6 +17,7 @@ What comes of actions, worked by hand: arcs, contacts and the ways people are fo
 Paper sections 4 and 5.
 """
 
+from foreseen import TwoWays
 import numpy as np
 import pytest
 
@@ -29,21 +30,6 @@ from wallnav_ros.world.state import Agents, Robot
 # Stop, straight ahead, and an arc to each side.
 FOUR = ActionSet(np.array([0.0, 1.0, 1.0, 1.0]), np.array([0.0, 0.0, 1.0, -1.0]))
 BESIDE = Agents.of([[1.0, 5.0]], [[0.0, 0.0]], [0.3])    # far to the side, and standing
-
-
-class TwoWays:
-    """A motion model: everyone keeps their velocity, or with `chance` is at `place` instead."""
-
-    def __init__(self, chance, place):
-        self.chance, self.place = chance, np.array(place, dtype=float)
-
-    def forecast(self, agents, walls, steps, time_step):
-        certain = constant_velocity(agents, steps, time_step)
-        other = np.broadcast_to(self.place, certain.position.shape)
-        shape = agents.radius.shape
-        return Forecast(
-            np.stack((np.full(shape, 1.0 - self.chance), np.full(shape, self.chance)), axis=-1),
-            np.concatenate((certain.position, other), axis=2), np.zeros((*shape, 2, steps)))
 
 
 def outcomes(horizon, *crowds, motion=None):
