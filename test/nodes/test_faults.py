@@ -28,6 +28,7 @@ import pytest
 
 STOPPED_WITHIN = 0.5       # s
 CONTROL_PERIOD = 0.05      # s
+MOST_HELD_UP = 0.3         # s, that a busy machine may keep the processor from the node
 TIMEOUTS = {'scan_timeout': 0.3, 'odom_timeout': 0.3, 'tracks_timeout': 0.3,
             'localisation_timeout': 0.3}
 FULL_SPEED = 0.7           # m/s, of 0.8
@@ -61,14 +62,15 @@ class Graph:
         """
         Check that the robot is told to stand within half a second, and why.
 
-        The half second is that of a node which is given the processor for every control step.
+        The half second is that of a node which is given the processor for every control step: a
+        hold-up is allowed for, but not as long a one as would hide a node that hangs.
         """
         robot, seen = self.robot, len(self.robot.causes)
         began = monotonic() if since is None else since
         robot.wait(robot.stands, f'a standstill because of {cause}')
         sent = [began, *(command[0] for command in robot.commands if command[0] > began)]
         held_up = max((np.diff(sent) - CONTROL_PERIOD).max(initial=0.0), 0.0)
-        assert sent[-1] - began <= STOPPED_WITHIN + held_up
+        assert sent[-1] - began <= STOPPED_WITHIN + min(held_up, MOST_HELD_UP)
         robot.wait(lambda: cause in robot.causes[seen:], f'diagnostics that tell {cause}')
         assert any(told in message for message in robot.messages[seen:])
 
