@@ -216,7 +216,7 @@ def test_says_what_to_do_when_the_base_takes_the_other_kind_of_command(start_pol
     node = start_policy()
     robot.wait(lambda: 'fault cmd_vel' in robot.values, 'a fault in diagnostics')
     assert 'set enable_stamped_cmd_vel to true' in robot.values['fault cmd_vel']
-    assert any('enable_stamped_cmd_vel' in line for line in node.lines)
+    robot.wait(lambda: any('enable_stamped_cmd_vel' in line for line in node.lines), 'a warning')
     make_robot()
     robot.wait(lambda: 'fault cmd_vel' not in robot.values, 'the end of the fault')
 
