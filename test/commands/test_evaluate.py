@@ -223,7 +223,7 @@ def test_ctrl_c_ends_with_one_line(scenario, tmp_path):
         [sys.executable, '-m', 'wallnav_ros.commands.evaluate', '--model', 'orca', '--scenario',
          scenario, '--episodes', '100000', '--out', tmp_path / 'out'],
         stderr=subprocess.PIPE, stdout=subprocess.DEVNULL,
-        # Where the suite itself runs in the background, Ctrl-C is ignored, and children inherit it.
+        # A suite in the background ignores Ctrl-C, and so would what it starts.
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
     # The bar that says that it has begun.
     assert b'evaluating' in process.stderr.read(20)

@@ -181,7 +181,7 @@ def test_ctrl_c_ends_with_one_line_that_says_how_to_go_on(config, tmp_path):
     process = subprocess.Popen(
         [sys.executable, '-m', 'wallnav_ros.commands.train', '--config', config, '--out',
          tmp_path / 'out', '--set', 'imitation_episodes=100000'], stderr=subprocess.PIPE,
-        # Where the suite itself runs in the background, Ctrl-C is ignored, and children inherit it.
+        # A suite in the background ignores Ctrl-C, and so would what it starts.
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
     # The bar that says that it has begun.
     assert b'imitation' in process.stderr.read(20)
