@@ -19,10 +19,8 @@ The fields of summary.json are a contract.
 
 import csv
 import json
-import signal
-import subprocess
-import sys
 
+from interruptions import interrupted
 import numpy as np
 import pytest
 from refusals import refusal_by
@@ -219,18 +217,11 @@ def test_a_folder_that_cannot_be_written_is_refused_before_any_work(scenario, tm
 
 
 def test_ctrl_c_ends_with_one_line(scenario, tmp_path):
-    process = subprocess.Popen(
-        [sys.executable, '-m', 'wallnav_ros.commands.evaluate', '--model', 'orca', '--scenario',
-         scenario, '--episodes', '100000', '--out', tmp_path / 'out'],
-        stderr=subprocess.PIPE, stdout=subprocess.DEVNULL,
-        # A suite in the background ignores Ctrl-C, and so would what it starts.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
-    # The bar that says that it has begun.
-    assert b'evaluating' in process.stderr.read(20)
-    process.send_signal(signal.SIGINT)
-    _, errors = process.communicate(timeout=60)
+    # The bar says that it has begun.
+    status, errors = interrupted('evaluate', b'evaluating', '--model', 'orca', '--scenario',
+                                 scenario, '--episodes', '100000', '--out', tmp_path / 'out')
 
-    assert process.returncode == 130
+    assert status == 130
     assert b'evaluate: interrupted; nothing was written' in errors
     assert b'Traceback' not in errors
 

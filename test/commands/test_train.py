@@ -20,10 +20,8 @@ Paper algorithm 1, in small.
 import csv
 import json
 import resource
-import signal
-import subprocess
-import sys
 
+from interruptions import interrupted
 import numpy as np
 import pytest
 from refusals import refusal_by
@@ -178,17 +176,11 @@ def test_more_memory_than_there_is_ends_with_status_1_and_advice(
 
 
 def test_ctrl_c_ends_with_one_line_that_says_how_to_go_on(config, tmp_path):
-    process = subprocess.Popen(
-        [sys.executable, '-m', 'wallnav_ros.commands.train', '--config', config, '--out',
-         tmp_path / 'out', '--set', 'imitation_episodes=100000'], stderr=subprocess.PIPE,
-        # A suite in the background ignores Ctrl-C, and so would what it starts.
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
-    # The bar that says that it has begun.
-    assert b'imitation' in process.stderr.read(20)
-    process.send_signal(signal.SIGINT)
-    _, errors = process.communicate(timeout=60)
+    # The bar says that it has begun.
+    status, errors = interrupted('train', b'imitation', '--config', config, '--out',
+                                 tmp_path / 'out', '--set', 'imitation_episodes=100000')
 
-    assert process.returncode == 130
+    assert status == 130
     assert b'train: interrupted; --resume goes on from the last checkpoint' in errors
     assert b'Traceback' not in errors
 
