@@ -18,20 +18,22 @@ import pytest
 import torch
 
 from wallnav_ros.learning.motion import (
-    errors, fit, mirrored, negative_log_likelihood, train_motion, watch)
+    CHUNK, errors, fit, negative_log_likelihood, reflection, train_motion, watch)
+from wallnav_ros.mapping.distance_field import distance_field
 from wallnav_ros.policy import motion
 from wallnav_ros.policy.motion_weights import load_motion, save_motion
 from wallnav_ros.simulation.scenario import ScenarioError
-from wallnav_ros.simulation.scenarios import load_scenario
+from wallnav_ros.world.state import Agents
+from wallnav_ros.world.walls import Walls
 
 
 @pytest.fixture(scope='module')
 def watched():
-    return watch([load_scenario('cross_path')], 6, np.random.default_rng(0))
+    return watch(['cross_path'], 6, seed=0)
 
 
 def test_crowds_are_watched_the_same_from_the_same_seed(watched):
-    again = watch([load_scenario('cross_path')], 6, np.random.default_rng(0))
+    again = watch(['cross_path'], 6, seed=0)
 
     assert (again[0] == watched[0]).all()
     assert (again[1] == watched[1]).all()
@@ -44,16 +46,33 @@ def test_what_followed_is_finite_and_mostly_as_the_velocity_said(watched):
     assert np.isfinite(inputs).all() and np.isfinite(offsets).all()
     assert np.median(np.hypot(*offsets[:, 0].T)) < 0.01
     # Nobody is faster than 1.5 m/s, so nobody is off by more than twice that.
-    assert np.hypot(offsets[..., 0], offsets[..., 1]).max() < 2.0 * 1.5 * 1.5
+    farthest = 2.0 * 1.5 * 0.25 * motion.STEPS
+    assert np.hypot(offsets[..., 0], offsets[..., 1]).max() < farthest
 
 
-def test_reflected_twice_is_unchanged(watched):
-    once = mirrored(*watched)
-    twice = mirrored(*once)
+def test_the_number_of_workers_does_not_matter():
+    # More than one chunk, or there is nothing to share.
+    alone, shared = (watch(['cross_path'], CHUNK + 1, seed=1, workers=count) for count in (1, 2))
 
-    assert not np.array_equal(once[0], watched[0])
-    assert (twice[0] == watched[0]).all()
-    assert (twice[1] == watched[1]).all()
+    assert (alone[0] == shared[0]).all()
+    assert (alone[1] == shared[1]).all()
+
+
+def test_a_reflected_world_is_seen_as_its_reflection():
+    rng = np.random.default_rng(2)
+    place = rng.uniform(-2.0, 2.0, (1, 4, motion.HISTORY + 1, 2))
+    wall = distance_field(Walls.from_polylines([[(-5.0, 2.0), (5.0, 2.0)]]))
+    under = distance_field(Walls.from_polylines([[(-5.0, -2.0), (5.0, -2.0)]]))
+
+    def seen(place, walls):
+        velocity = (place[:, :, 0] - place[:, :, 1]) / 0.25
+        agents = Agents(place[:, :, 0], velocity, np.full((1, 4), 0.3),
+                        np.ones((1, 4), dtype=bool), place[:, :, 1:])
+        return motion.look(agents, walls, 0.25).inputs
+    order, sign = reflection()
+
+    assert seen(place * [1.0, -1.0], under) == pytest.approx(
+        seen(place, wall)[..., order] * sign, abs=2e-3)
 
 
 def test_the_likelihood_of_one_sure_way_is_the_normal_density():

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from wallnav_ros.navigation.trails import Trails
-from wallnav_ros.policy.motion import PAST
+from wallnav_ros.policy.motion import HISTORY, PAST
 from wallnav_ros.world.tracks import HUMAN, OBSTACLE, Tracks
 
 
@@ -43,16 +43,31 @@ def test_a_walk_is_told_in_time_steps_at_any_scan_rate(rate):
     last = walk(trails, rate, 6.0)
     trail = trails.of(last)
 
-    assert trail.shape == (2, PAST, 2)
+    assert trail.shape == (2, HISTORY, 2)
     expected = last.position[0, 0] - 0.25 * np.arange(1, PAST + 1)
-    assert trail[0, :, 0] == pytest.approx(expected, abs=1e-9)
-    assert (trail[0, :, 1] == 0.5).all()
+    assert trail[0, :PAST, 0] == pytest.approx(expected, abs=1e-9)
+    assert (trail[0, :PAST, 1] == 0.5).all()
 
 
-def test_what_is_no_person_has_no_trail():
+@pytest.mark.parametrize('rate', [5.0, 7.5, 10.0, 40.0])
+def test_what_is_long_ago_is_told_to_the_nearest_step(rate):
     trails = Trails(0.25)
+    last = walk(trails, rate, 30.0)
+    older = trails.of(last)[0, PAST:]
+    known = np.isfinite(older[:, 0])
 
-    assert np.isnan(trails.of(walk(trails, 10.0, 6.0))[1]).all()
+    # It came at 0 s, 30 s ago: 120 steps. Within a step and a scan of where it was.
+    assert known.sum() == pytest.approx(120 - PAST, abs=1)
+    expected = last.position[0, 0] - 0.25 * np.arange(PAST + 1, HISTORY + 1)
+    assert older[known, 0] == pytest.approx(expected[known], abs=0.25 + 1.0 / rate)
+
+
+def test_what_is_no_person_is_taken_to_have_stood_where_it_is():
+    trails = Trails(0.25)
+    trail = trails.of(walk(trails, 10.0, 6.0))[1]
+
+    assert (trail[:PAST] == [3.0, 3.0]).all()
+    assert np.isnan(trail[PAST:]).all()
 
 
 def test_a_newcomer_is_known_since_it_came():
@@ -65,7 +80,7 @@ def test_a_newcomer_is_known_since_it_came():
     known = np.isfinite(trails.of(last)[0]).all(axis=1)
 
     # Seen for 0.9 s: 0.25, 0.5 and 0.75 s ago.
-    assert known.tolist() == [True] * 3 + [False] * (PAST - 3)
+    assert known.tolist() == [True] * 3 + [False] * (HISTORY - 3)
 
 
 def test_nothing_is_told_across_a_gap():
@@ -77,10 +92,26 @@ def test_nothing_is_told_across_a_gap():
     assert np.isnan(trails.of(last)).all()
 
 
+def test_somebody_who_comes_back_after_a_gap_is_remembered_where_it_was():
+    trails = Trails(0.25)
+    trails.take(tracks(0.0, (3, 0.0, 0.0, HUMAN)))
+    trails.take(tracks(10.0))
+    last = tracks(10.1, (3, 4.0, 0.0, HUMAN))
+    trails.take(last)
+    trail = trails.of(last)[0]
+
+    # Ten seconds are forty steps.
+    assert np.flatnonzero(np.isfinite(trail[:, 0])).tolist() == [39]
+    assert trail[39].tolist() == [0.0, 0.0]
+
+
 def test_memory_is_bounded_and_can_be_lost():
     trails = Trails(0.25)
     last = walk(trails, 40.0, 60.0)
+    for number in range(300):
+        trails.take(tracks(60.1 + 0.25 * number, (100 + number, 0.0, 0.0, HUMAN)))
 
     assert len(trails._memories) < 70
+    assert len(trails._ids) <= HISTORY + 1
     trails.forget()
-    assert np.isnan(trails.of(last)).all()
+    assert np.isnan(trails.of(last)[0]).all()

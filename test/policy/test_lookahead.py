@@ -310,6 +310,32 @@ def test_the_rule_comes_with_the_weights_unless_overridden():
     assert Lookahead.from_weights(Weights(), [1]).rule.horizons == (1,)
 
 
+def test_a_turn_that_is_held_leads_out_where_one_step_of_it_does_not():
+    # A person comes head on; a step of the turn leaves the robot on their way, three do not.
+    left = ActionSet(np.array([0.0, 1.0]), np.array([0.0, 1.6]))
+    crowd = Agents.of([[2.3, 0.0]], [[-1.0, 0.0]], [0.4])
+    once, held = (Lookahead(nothing, left, Rule((6,), aversion=1.0, turns=turns)).evaluate(
+        *batched(observe(crowd))) for turns in ((1,), (1, 4)))
+
+    assert once[1].survival[0, 1].tolist()[-1] == 0.0
+    assert held[1].survival[0, 1].tolist() == [1.0] * 6
+    # Four steps of 0.4 rad, then straight on.
+    assert held[1].poses[0, 1, :, 2] == pytest.approx([0.4, 0.8, 1.2, 1.6, 1.6, 1.6])
+    assert held[0].shape == (1, 2)
+    assert held[0][0, 1] > once[0][0, 1]
+
+
+def test_every_action_keeps_its_place_however_many_ways_begin_with_it():
+    lookahead = Lookahead(nothing, make_actions(), Rule((2,), reward='R2', turns=(1, 2)))
+
+    decision = lookahead.decide(observe(PASSER, goal=np.array([-4.0, 0.0])))
+    _, rollout = lookahead.evaluate(*batched(observe(PASSER)))
+
+    assert len(decision.scores) == 81
+    assert rollout.poses.shape == (1, 81, 2, 3)
+    assert rollout.action.tolist() == list(range(81))
+
+
 BESIDE = Agents.of([[1.0, 5.0]], [[0.0, 0.0]], [0.3])    # far to the side, and standing
 
 

@@ -70,7 +70,7 @@ def test_a_walker_is_seen_in_the_frame_of_its_own_motion():
 def test_walls_are_felt_along_its_motion_first():
     wall = distance_field(Walls.from_polylines([[(-5.0, 2.0), (5.0, 2.0)]]))
     seen = look(walkers((0.0, 0.0, 0.0, 0.8, 0.3)), wall, DT)
-    rays = seen.inputs[0, 0, 4 + 2 * len(motion.LAGS):][:motion.RAYS]
+    rays = seen.inputs[0, 0, 4 + 2 * len(motion.LAGS) + len(motion.HAUNTS):][:motion.RAYS]
 
     assert rays[0] * motion.RANGE == pytest.approx(2.0, abs=0.06)
     assert rays[motion.RAYS // 2] == 1.0
@@ -96,6 +96,44 @@ def test_a_newcomer_is_seen_without_a_past():
     assert velocities[0].tolist() == [1.0, 0.0]
     assert (velocities[1:] == 0.0).all()
     assert np.isfinite(seen.inputs).all()
+
+
+def haunts_of(agents):
+    start = 4 + 2 * len(motion.LAGS)
+    return look(agents, OPEN, DT).inputs[0, 0, start:start + len(motion.HAUNTS)]
+
+
+def test_who_walks_back_is_seen_with_the_place_it_came_from_ahead():
+    # From the origin 2 m along x in 8 steps, and 1 m of the way back in 4.
+    x = np.concatenate((np.linspace(1.0, 2.0, 5)[1:], np.linspace(1.75, 0.0, 8)))
+    trail = np.stack((x, np.zeros(12)), axis=-1)
+    agents = Agents(np.array([[[1.0, 0.0]]]), np.array([[[-1.0, 0.0]]]), np.array([[0.3]]),
+                    np.ones((1, 1), dtype=bool), trail[None, None])
+
+    # 1 m ahead, 12 steps of 0.25 s ago, lies where it set out; 1 m behind, 4 steps ago, where it
+    # turned; it has been in sight for 3 s.
+    assert haunts_of(agents) == pytest.approx([0.2, 0.0, 0.3, -0.2, 0.0, 0.1, 0.3], abs=1e-6)
+
+
+def test_who_goes_straight_on_has_been_nowhere_ahead():
+    # 17 steps at 0.8 m/s: 3.4 m behind, 4.25 s ago.
+    assert haunts_of(walkers((1.0, 2.0, 0.0, 0.8, 0.3))) == pytest.approx(
+        [0.0, 0.0, 0.0, -0.68, 0.0, 0.425, 0.425], abs=1e-6)
+
+
+def test_a_newcomer_has_been_nowhere():
+    assert haunts_of(walkers((0.0, 0.0, 1.0, 0.0, 0.3), known=0)).tolist() == [0.0] * 7
+
+
+def test_a_newcomer_who_stands_may_stay_or_go_anywhere():
+    forecast = random_model().forecast(walkers((1.0, 2.0, 0.0, 0.0, 0.3), known=0), OPEN, 4, DT)
+
+    assert (forecast.position == np.array([1.0, 2.0])).all()
+    assert forecast.chance[0, 0].sum() == pytest.approx(1.0)
+    assert forecast.chance[0, 0, 0] == 0.5
+    # 0.7 m/s along each axis: 0.175 m a step.
+    assert forecast.spread[0, 0, 0].tolist() == [0.0] * 4
+    assert forecast.spread[0, 0, 1] == pytest.approx([0.175, 0.35, 0.525, 0.7])
 
 
 def test_who_never_walked_is_foreseen_to_stay():

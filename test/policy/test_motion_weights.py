@@ -55,7 +55,7 @@ def test_a_model_comes_back_as_it_was(model, tmp_path):
 
 
 @pytest.mark.parametrize(('arrays', 'about', 'reason'), [
-    (None, {'version': 0}, 'metadata.motion.version: 0 is not 1'),
+    (None, {'version': 0}, 'metadata.motion.version: 0 is not 2'),
     (None, {'sizes': [8]}, 'metadata.motion.sizes'),
     (None, {'sizes': 'many'}, 'metadata.motion.sizes'),
     ({'motion.0.bias': np.zeros(9, np.float32)}, None, 'motion.0.bias: expected float32'),

@@ -331,6 +331,8 @@ def test_each_part_of_the_metadata_is_needed(path, value_function, key):
     ({'decision': {'horizons': []}}, 'metadata.decision.horizons: expected a list of steps'),
     ({'decision': {'horizons': [0]}}, 'metadata.decision.horizons: expected a list of steps'),
     ({'decision': {'horizons': [101]}}, 'metadata.decision.horizons: expected a list of steps'),
+    ({'decision': {'horizons': [1], 'turns': [0], 'caution': 0}},
+     'metadata.decision.turns: expected a list of steps'),
     ({'decision': {'horizons': [1], 'caution': 10 ** 400}}, 'metadata.decision.caution: expected'),
     ({'decision': {'horizons': [1], 'caution': 0, 'aversion': 1e300}},
      'metadata.decision.aversion: expected a number, 0 or more'),

@@ -122,7 +122,7 @@ class BlindLookahead(Lookahead):
 
     def _leaves(self, robot, agents, walls, rollout, state, action, number):
         """Return the Features after horizon `number` of `action` in `state`, all (R,) rows."""
-        commands = self.actions.commands(robot.preferred_speed)
+        commands = self.actions.commands(robot.preferred_speed)[:, rollout.action]
         horizons = np.array(self.rule.horizons)
         later = Robot(rollout.poses[state, action, horizons[number] - 1], commands[state, action],
                       robot.goal[state], robot.radius[state], robot.preferred_speed[state])

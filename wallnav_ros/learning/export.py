@@ -35,6 +35,7 @@ def export_weights(trainer, path):
         'actions': {'max_turn_rate': settings.max_turn_rate},
         'reward': settings.reward,
         'decision': {'horizons': list(settings.decision_horizons),
+                     'turns': list(settings.turns),
                      'caution': settings.caution, 'aversion': settings.aversion},
         'time_step': settings.time_step,
         'discount': settings.discount,

@@ -17,7 +17,10 @@ Train the motion model: watch simulated crowds and learn where their members go 
 The likelihood of a mixture of trajectories, as in `policy.motion`; the robot is not in them.
 """
 
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import nullcontext
 import math
+import multiprocessing
 
 import numpy as np
 import torch
@@ -34,25 +37,44 @@ from wallnav_ros.world.geometry import rotate
 from wallnav_ros.world.state import Agents
 
 TIME_STEP = 0.25       # s
-STEPS = 100            # that a crowd is watched for
+STEPS = 120            # that a crowd is watched for
 MOMENTS = 24           # of them that are learnt from
 CASES = ('dynamic', 'mixed')
-NEWCOMERS = 0.3        # share of agents that are shown as if just come into sight
-SIZES = (256, 192)
-BATCH = 1024
+NEWCOMERS = 0.2        # share of agents that are shown as if just come into sight
+LATECOMERS = 0.2       # share of those seen for some time, not from the beginning
+SIZES = (384, 256)
+CHUNK = 50             # crowds drawn from one seed, so that results do not depend on workers
+BATCH = 2048
 SHARPNESS = 3.0        # weight of a step's likelihood beside the choice of a way
 LEARNING_RATE = 1e-3
+SIDEWAYS = ('y', 'vy', 'ahead_y', 'behind_y')       # inputs that change sign in a mirror
 
 
-def watch(scenarios, count, rng):
+def watch(names, count, seed, workers=1):
     """
-    Watch `count` crowds; return inputs (S, INPUTS) and what followed (S, H, 2).
+    Watch `count` crowds of the scenarios called `names`, on `workers` processes.
 
-    What followed is the offset in metres from keeping the velocity, in each agent's own frame.
+    Returns inputs (S, INPUTS) and what followed (S, H, 2): the offset in metres from keeping the
+    velocity, in each agent's own frame. The same seed gives the same, whatever the workers.
     """
-    inputs, offsets = [], []
+    jobs = [(names, min(CHUNK, count - start), (seed, start)) for start in range(0, count, CHUNK)]
     bar = tqdm(total=count, desc='watching crowds', unit='crowd')
-    while len(inputs) < count:
+    parts = []
+    context = multiprocessing.get_context('spawn')
+    with ProcessPoolExecutor(workers, mp_context=context) if workers > 1 else nullcontext() as pool:
+        for job, part in zip(jobs, (pool.map if pool else map)(_watch_chunk, jobs)):
+            parts.append(part)
+            bar.update(job[1])
+    bar.close()
+    return tuple(np.concatenate(arrays) for arrays in zip(*parts))
+
+
+def _watch_chunk(job):
+    names, count, seed = job
+    rng = np.random.default_rng(seed)
+    scenarios = [load_scenario(name) for name in names]
+    parts = []
+    while len(parts) < count:
         source = scenarios[rng.integers(len(scenarios))]
         scenario = source.at(int(rng.integers(2 ** 40, 2 ** 62)))
         try:
@@ -62,12 +84,8 @@ def watch(scenarios, count, rng):
             if scenario is source:
                 raise
             continue           # a drawn world may be too small for the crowd drawn with it
-        seen, followed = _moments(episode, rng)
-        inputs.append(seen)
-        offsets.append(followed)
-        bar.update()
-    bar.close()
-    return np.concatenate(inputs), np.concatenate(offsets)
+        parts.append(_moments(episode, rng))
+    return tuple(np.concatenate(arrays) for arrays in zip(*parts))
 
 
 def _moments(episode, rng):
@@ -80,10 +98,9 @@ def _moments(episode, rng):
     position = np.stack(positions, axis=1)                                       # (N, T, 2)
     walks = episode.speed > 0.0
     when = np.sort(rng.choice(STEPS - motion.STEPS, MOMENTS, replace=False))
-    ago = when[:, None] - np.arange(1, motion.PAST + 1)
-    known = np.where(rng.random((MOMENTS, len(walks))) < NEWCOMERS,
-                     rng.integers(0, motion.PAST, (MOMENTS, len(walks))), motion.PAST)
-    visible = (ago >= 0)[:, None] & (np.arange(motion.PAST) < known[..., None])
+    ago = when[:, None] - np.arange(1, motion.HISTORY + 1)
+    visible = (ago >= 0)[:, None] & (
+        np.arange(motion.HISTORY) < _known(rng, (MOMENTS, len(walks)))[..., None])
     trail = np.where(visible[..., None], position[:, np.maximum(ago, 0)].swapaxes(0, 1), np.nan)
     now = position[:, when].swapaxes(0, 1)
     velocity = (now - position[:, np.maximum(when - 1, 0)].swapaxes(0, 1)) / TIME_STEP
@@ -97,19 +114,27 @@ def _moments(episode, rng):
         -1, motion.STEPS, 2).astype(np.float32)
 
 
-def mirrored(inputs, offsets):
-    """Return states (S, INPUTS) and offsets reflected left to right: people have no side."""
-    inputs, offsets = inputs.copy(), offsets.copy()
-    start, end = len(motion.OWN), len(motion.OWN) + 2 * len(motion.LAGS)
-    inputs[:, start + 1:end:2] *= -1.0
-    rays = inputs[:, end:end + motion.RAYS]
-    rays[:, 1:] = rays[:, :0:-1].copy()
-    beside = inputs[:, end + motion.RAYS:].reshape(
-        len(inputs), motion.NEIGHBOURS, len(motion.NEIGHBOUR))
-    for name in ('y', 'vy'):
-        beside[:, :, motion.NEIGHBOUR.index(name)] *= -1.0
-    offsets[..., 1] *= -1.0
-    return inputs, offsets
+def _known(rng, shape):
+    """Return for how many steps (shape) each agent is shown to have been in sight."""
+    chance = rng.random(shape)
+    known = np.full(shape, motion.HISTORY)
+    known = np.where(chance < NEWCOMERS + LATECOMERS, rng.integers(0, STEPS, shape), known)
+    return np.where(chance < NEWCOMERS, rng.integers(0, motion.PAST, shape), known)
+
+
+def reflection():
+    """
+    Return the columns (INPUTS,) and signs (INPUTS,) that reflect inputs left to right.
+
+    People have no preferred side: a state and its mirror image are as likely.
+    """
+    names = ([*motion.OWN] + ['x', 'y'] * len(motion.LAGS) + [*motion.HAUNTS]
+             + ['ray'] * motion.RAYS + [*motion.NEIGHBOUR] * motion.NEIGHBOURS)
+    sign = np.array([-1.0 if name in SIDEWAYS else 1.0 for name in names], dtype=np.float32)
+    order = np.arange(len(names))
+    first = names.index('ray') + 1
+    order[first:first + motion.RAYS - 1] = order[first:first + motion.RAYS - 1][::-1].copy()
+    return order, sign
 
 
 def negative_log_likelihood(outputs, offsets):
@@ -123,11 +148,14 @@ def negative_log_likelihood(outputs, offsets):
     return -torch.logsumexp(chance + SHARPNESS * likelihood, dim=-1).mean()
 
 
-def fit(inputs, offsets, epochs, seed):
+def fit(inputs, offsets, epochs, seed, device='cpu'):
     """Return the torch network fitted to `inputs` and `offsets`, and its last epoch's loss."""
     torch.manual_seed(seed)
     rng = np.random.default_rng(seed)
-    network = mlp(motion.INPUTS, [*SIZES, motion.OUTPUTS])
+    network = mlp(motion.INPUTS, [*SIZES, motion.OUTPUTS]).to(device)
+    inputs, offsets = (torch.from_numpy(part).to(device) for part in (inputs, offsets))
+    order, sign = (torch.from_numpy(part).to(device) for part in reflection())
+    across = torch.tensor([1.0, -1.0], device=device)
     optimizer = torch.optim.Adam(network.parameters(), LEARNING_RATE)
     batches = max(1, len(inputs) // BATCH)
     decay = torch.optim.lr_scheduler.CosineAnnealingLR(
@@ -136,32 +164,33 @@ def fit(inputs, offsets, epochs, seed):
     for _ in bar:
         losses = []
         for number, rows in enumerate(np.array_split(rng.permutation(len(inputs)), batches)):
-            pair = inputs[rows], offsets[rows]
-            pair = mirrored(*pair) if number % 2 else pair
-            loss = negative_log_likelihood(*(
-                (network(torch.from_numpy(pair[0])), torch.from_numpy(pair[1]))))
+            rows = torch.from_numpy(rows).to(device)
+            seen, followed = inputs[rows], offsets[rows]
+            if number % 2:
+                seen, followed = seen[:, order] * sign, followed * across
+            loss = negative_log_likelihood(network(seen), followed)
             optimizer.zero_grad()
             loss.backward()
             torch.nn.utils.clip_grad_norm_(network.parameters(), 1.0)
             optimizer.step()
             decay.step()
-            losses.append(loss.item())
-        if not np.isfinite(losses[-1]):
+            losses.append(loss.detach())
+        mean = float(torch.stack(losses).mean())
+        if not np.isfinite(mean):
             raise TrainingDiverged('the loss is no longer a number: lower LEARNING_RATE')
-        bar.set_postfix(loss=f'{np.mean(losses):.3f}')
-    return network, float(np.mean(losses))
+        bar.set_postfix(loss=f'{mean:.3f}')
+    return network.cpu(), mean
 
 
-def train_motion(names, crowds, epochs, seed):
+def train_motion(names, crowds, epochs, seed, workers=1, device='cpu'):
     """Return the MotionModel learnt from `crowds` crowds of the scenarios called `names`."""
-    rng = np.random.default_rng(seed)
-    inputs, offsets = watch([load_scenario(name) for name in names], crowds, rng)
-    network, loss = fit(inputs, offsets, epochs, seed)
+    unseen = watch(names, max(1, crowds // 10), seed + 1, workers)
+    inputs, offsets = watch(names, crowds, seed, workers)
+    network, loss = fit(inputs, offsets, epochs, seed, device)
     linear = [layer for layer in network if isinstance(layer, torch.nn.Linear)]
     layers = [(layer.weight.detach().numpy().T.copy(), layer.bias.detach().numpy().copy())
               for layer in linear]
     model = motion.MotionModel(layers, {})
-    unseen = watch([load_scenario(name) for name in names], max(1, crowds // 10), rng)
     return motion.MotionModel(layers, {
         'scenarios': list(names), 'crowds': crowds, 'states': len(inputs), 'epochs': epochs,
         'seed': seed, 'loss': loss, 'commit': commit(), 'unseen': errors(model, *unseen)})

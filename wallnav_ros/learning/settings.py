@@ -62,6 +62,8 @@ class TrainSettings:
     # shipped policy decides (the mean of all of them).
     horizons: tuple = (2, 4, 6)
     decision_horizons: tuple = (2, 4, 6)
+    # Steps for which a way may turn before it keeps its heading; the best of them counts.
+    turns: tuple = (1,)
     # Seconds: how widely the policy passes walking agents, per m/s of their speed.
     caution: float = 0.15
     # A model, by file or short name, of where people go (train_motion); none: they keep their
@@ -161,7 +163,7 @@ def _expectations(settings):
         yield key, len(value) == 2 and all(map(_number, value)) and 0.0 < value[0] <= value[1], (
             '[low, high] with 0 < low <= high')
     yield 'reward', settings.reward in REWARDS, f'one of {", ".join(REWARDS)}'
-    for key in ('horizons', 'decision_horizons'):
+    for key in ('horizons', 'decision_horizons', 'turns'):
         yield key, _counts(getattr(settings, key)), (
             f'a list of steps, each 1 or more, at most {FARTHEST}')
     yield 'without', all(part in ABLATIONS for part in settings.without) and (

@@ -245,7 +245,7 @@ class Trainer:
     def _rule(self, horizons):
         settings = self.settings
         return Rule(tuple(horizons), settings.time_step, settings.discount, settings.reward,
-                    settings.caution, settings.aversion)
+                    settings.caution, settings.aversion, tuple(settings.turns))
 
     def _epsilon(self):
         settings = self.settings

@@ -67,18 +67,20 @@ class Lookahead:
         self.motion = motion
 
     @classmethod
-    def from_weights(cls, value_function, horizons=None, caution=None, constant_velocity=False):
+    def from_weights(cls, value_function, horizons=None, caution=None, constant_velocity=False,
+                     turns=None):
         """
         Return the Lookahead that weights were trained for.
 
-        `horizons`, `caution` and `constant_velocity` (agents are foreseen to keep theirs)
-        override its rule: (1,), 0 and True give the paper's.
+        `horizons`, `caution`, `constant_velocity` (agents are foreseen to keep theirs) and
+        `turns` override its rule: (1,), 0, True and (1,) give the paper's.
         """
         about = value_function.metadata
         own = about['decision']
         rule = Rule(tuple(horizons or own['horizons']), about['time_step'], about['discount'],
                     about['reward'], own['caution'] if caution is None else caution,
-                    0.0 if constant_velocity else own.get('aversion', 0.0))
+                    0.0 if constant_velocity else own.get('aversion', 0.0),
+                    tuple(turns or own.get('turns', (1,))))
         motion = None if constant_velocity else value_function.motion
         return cls(value_function, make_actions(**about['actions']), rule, motion)
 
@@ -122,9 +124,22 @@ class Lookahead:
             worth += weight * self._values(robot, agents, walls, rollout,
                                            asked & ~one & promising)
             scores = np.where(promising[..., 0], worth.mean(axis=-1), -np.inf)
+        if len(rule.turns) > 1:
+            scores, rollout = self._best_ways(scores, rollout)
         # Where nobody walks, waiting changes nothing: its value is that of waiting for ever.
         scores[~_somebody_walks(robot, agents), STOP] = -np.inf
         return scores, rollout
+
+    def _best_ways(self, scores, rollout):
+        """Return (B, A) the best of `scores` (B, P) of each action, and the Rollout along it."""
+        count, every = len(self.actions.speed), np.arange(len(rollout.action))
+        # Of the ways of an action the one that turns for least comes first, and wins a tie.
+        order = np.lexsort((every, rollout.action))
+        first = np.searchsorted(rollout.action[order], np.arange(count))
+        best = np.maximum.reduceat(scores[:, order], first, axis=1)
+        rank = np.where(scores == best[:, rollout.action], every, len(every))
+        way = np.minimum.reduceat(rank[:, order], first, axis=1)
+        return best, rollout.along(way)
 
     def _values(self, robot, agents, walls, rollout, asked):
         """Return the values (B, A, K) at the ends of horizons that are `asked`, 0 elsewhere."""
@@ -142,7 +157,7 @@ class Lookahead:
 
     def _leaves(self, robot, agents, walls, rollout, state, action, number):
         """Return the Features after horizon `number` of `action` in `state`, all (R,) rows."""
-        commands = self.actions.commands(robot.preferred_speed)
+        commands = self.actions.commands(robot.preferred_speed)[:, rollout.action]
         horizons = np.array(self.rule.horizons)
         later = Robot(rollout.poses[state, action, horizons[number] - 1], commands[state, action],
                       robot.goal[state], robot.radius[state], robot.preferred_speed[state],

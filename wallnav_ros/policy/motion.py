@@ -24,21 +24,25 @@ import numpy as np
 from scipy.special import ndtr
 from wallnav_ros.world.geometry import rotate
 
-VERSION = 1            # raised when an input changes meaning: older weights are then refused
-MODES = 3              # ways an agent may go on
-STEPS = 6              # time steps that are foreseen
-PAST = 17              # time steps that are looked back
+VERSION = 2            # raised when an input changes meaning: older weights are then refused
+MODES = 5              # ways an agent may go on
+STEPS = 10             # time steps that are foreseen
+PAST = 17              # time steps that a motion is looked back at
+HISTORY = 160          # time steps that places are remembered for: people walk to and fro
 LAGS = np.array([0, 1, 2, 3, 4, 6, 8, 12, 16])   # steps ago that a velocity is looked at
 RAYS = 12              # wall distances around an agent, the first along its motion
 RANGE = 5.0            # m, of rays and of neighbours
 RAY_STEPS = 5          # sphere-tracing steps
 NEIGHBOURS = 5         # the nearest so many count
 WALKING = 0.15         # m/s, above which motion has a direction
+UNKNOWN_SPEED = 0.7    # m/s along each axis: people of 0.3 to 1.5 m/s, root mean square
+UNKNOWN_STAYS = 0.5    # chance that one who is new and stands will stay
 LOG_SPREAD = (-4.6, 1.0)   # bounds of ln(metres)
 LEAST_SPREAD = 0.05    # m, however sure the network is: positions are measured
 OWN = ('speed', 'top_speed', 'known', 'radius')
+HAUNTS = ('ahead_x', 'ahead_y', 'ahead_ago', 'behind_x', 'behind_y', 'behind_ago', 'seen')
 NEIGHBOUR = ('x', 'y', 'vx', 'vy', 'reach', 'cpa_time', 'cpa_gap', 'is_there')
-INPUTS = len(OWN) + 2 * len(LAGS) + RAYS + len(NEIGHBOUR) * NEIGHBOURS
+INPUTS = len(OWN) + 2 * len(LAGS) + len(HAUNTS) + RAYS + len(NEIGHBOUR) * NEIGHBOURS
 OUTPUTS = MODES * (1 + 3 * STEPS)
 
 
@@ -92,10 +96,17 @@ class MotionModel:
         seen = look(agents, walls, time_step)
         chance, offset, spread = read(self.outputs(seen.inputs))
         walks = seen.walks[..., None, None]
+        ahead = time_step * np.arange(1, STEPS + 1)
+        unknown = (~seen.walks & ~seen.known & agents.present)[..., None, None]
         offset = rotate(offset, seen.heading[..., None, None])
         certain = constant_velocity(agents, STEPS, time_step)
         position = certain.position + np.where(walks[..., None], offset, 0.0)
         spread = np.where(walks, spread, 0.0)
+        # Nobody knows where somebody goes who has only just come into sight, if anywhere.
+        spread[..., 1:, :] = np.where(unknown, UNKNOWN_SPEED * ahead, spread[..., 1:, :])
+        stays = np.full(MODES, (1.0 - UNKNOWN_STAYS) / (MODES - 1))
+        stays[0] = UNKNOWN_STAYS
+        chance = np.where(unknown[..., 0], stays, chance)
         if steps > STEPS:
             last = position[..., -1:, :] - position[..., -2:-1, :]
             further = np.arange(1, steps - STEPS + 1)[:, None]
@@ -118,12 +129,14 @@ class Sight:
     What the network sees of agents (B, N).
 
     inputs: (B, N, INPUTS), each in the agent's own frame. heading: (B, N) rad, of its motion,
-    the x axis of that frame. walks: (B, N) bool, whether it has been seen to.
+    the x axis of that frame. walks: (B, N) bool, whether it has been seen to. known: (B, N)
+    bool, whether it was in sight a step ago.
     """
 
     inputs: np.ndarray
     heading: np.ndarray
     walks: np.ndarray
+    known: np.ndarray
 
 
 def look(agents, walls, time_step):
@@ -141,8 +154,9 @@ def look(agents, walls, time_step):
     reach = walls.raycast(agents.position[..., None, :], rays, RANGE, RAY_STEPS) / RANGE
     beside = _neighbours(agents, velocity[:, :, 0], heading)
     flat = agents.radius.shape + (-1,)
-    inputs = np.concatenate((own, trail.reshape(flat), reach, beside.reshape(flat)), axis=-1)
-    return Sight(inputs.astype(np.float32), heading, walks)
+    inputs = np.concatenate((own, trail.reshape(flat), _haunts(agents, heading, time_step), reach,
+                             beside.reshape(flat)), axis=-1)
+    return Sight(inputs.astype(np.float32), heading, walks, known[..., 0])
 
 
 def read(outputs):
@@ -171,6 +185,28 @@ def _velocities(agents, time_step):
     # What is measured now counts more than what it is to be derived from.
     velocity[:, :, 0] = agents.velocity
     return velocity, known
+
+
+def _haunts(agents, heading, time_step):
+    """
+    Return (B, N, 7): the places farthest ahead and behind where each agent has been.
+
+    Whoever walks to and fro turns where they turned before, or where they set out. In metres / 5
+    in the agent's own frame, with the seconds / 10 since then; last, those it has been seen for.
+    """
+    length = min(agents.trail.shape[2], HISTORY)
+    trail = np.concatenate((agents.position[:, :, None], agents.trail[:, :, :length]), axis=2)
+    offset = trail - agents.position[:, :, None]
+    along = (offset[..., 0] * np.cos(heading)[..., None]
+             + offset[..., 1] * np.sin(heading)[..., None])
+    known = np.isfinite(along)
+    rows = []
+    for sign in (1.0, -1.0):
+        index = np.where(known, sign * along, -np.inf).argmax(axis=-1)
+        place = np.take_along_axis(offset, index[..., None, None], axis=2)[:, :, 0]
+        place = np.clip(rotate(place, -heading) / RANGE, -2.0, 2.0)
+        rows += [place, index[..., None] * (time_step / 10.0)]
+    return np.concatenate([*rows, (known.sum(axis=-1) - 1)[..., None] * (time_step / 10.0)], axis=-1)
 
 
 def _neighbours(agents, velocity, heading):

@@ -29,6 +29,8 @@ from wallnav_ros.world.state import Agents
 
 GOAL_TOLERANCE = 0.2      # m, distance at which the goal counts as reached
 CAUTION_COST = 1.0        # per step, of brushing past a walking agent
+SHARP_TURN = 1.1          # rad/s, from which a turn may be held for longer ...
+BRISK = 0.4               # ... at speeds above this share of the preferred one
 NO_MATTER = 3.0           # standard deviations beyond which an agent is not expected
 
 
@@ -41,6 +43,8 @@ class Rule:
     caution: s; passing a walking agent closer than this times its speed costs up to
     CAUTION_COST a step, since it may turn before then. 0 is the paper's rule.
     aversion: what a foreseen contact costs, times its chance, besides what is lost by it.
+    turns: steps for which the turn of an action is held before the heading is; the best of them
+    counts. (1,) is the paper's rule.
     time_step: s; discount: gamma of the paper; reward: R1 to R4.
     """
 
@@ -50,19 +54,24 @@ class Rule:
     reward: str = 'R4'
     caution: float = 0.0
     aversion: float = 0.0
+    turns: tuple = (1,)
 
 
 @dataclass(frozen=True)
 class Rollout:
     """
-    Every action followed for H steps from B states.
+    Every way of P followed for H steps from B states.
 
-    poses: (B, A, H, 3); rewards: (B, A, H); over: (B, A, H) bool, the goal reached or a
-    collision at or before that step; collided: (B, A) bool, a collision in the first step.
-    survival: (B, A, H), the chance that no agent has been touched up to the end of that step.
+    action: (P,) the action each way begins with; the ways of rule.turns[0] come first, in the
+    order of the actions.
+
+    poses: (B, P, H, 3); rewards: (B, P, H); over: (B, P, H) bool, the goal reached or a
+    collision at or before that step; collided: (B, P) bool, a collision in the first step.
+    survival: (B, P, H), the chance that no agent has been touched up to the end of that step.
     crowd: Agents (B, H, N) after each step, each on its likeliest way.
     """
 
+    action: np.ndarray
     poses: np.ndarray
     rewards: np.ndarray
     over: np.ndarray
@@ -70,22 +79,29 @@ class Rollout:
     survival: np.ndarray
     crowd: Agents
 
+    def along(self, way):
+        """Return the Rollout of the ways `way` (B, A) alone, one for every action."""
+        def chosen(part):
+            index = way.reshape(way.shape + (1,) * (part.ndim - 2))
+            return np.take_along_axis(part, index, axis=1)
+        return Rollout(np.arange(way.shape[1]), *(chosen(part) for part in (
+            self.poses, self.rewards, self.over, self.collided, self.survival)), self.crowd)
+
 
 def roll_out(rule, actions, motion, robot, agents, walls):
     """
-    Return the Rollout of every action of an ActionSet: turn for one step, then keep the heading.
+    Return the Rollout of every way that begins with an action of an ActionSet.
 
+    A way turns for one of `rule.turns` steps, then keeps the heading.
     `robot` has leading axis (B,), `agents` (B, N), `walls` is their common DistanceField;
     motion: the MotionModel that foresees the agents, None to let them keep their velocity.
     """
     steps = max(rule.horizons)
-    commands = actions.commands(robot.preferred_speed)
+    action, turns = _ways(rule, actions)
+    commands = actions.commands(robot.preferred_speed)[:, action]
     speed, turn_rate = commands[..., 0], commands[..., 1]
-    first = drive_unicycle(robot.pose[:, None], speed, turn_rate, rule.time_step)
-    heading = np.stack((np.cos(first[..., 2]), np.sin(first[..., 2])), axis=-1)
-    stride = (speed * rule.time_step)[..., None] * heading
-    further = stride[:, :, None] * np.arange(steps)[:, None]
-    position = first[:, :, None, :2] + further
+    poses = _drive(robot.pose, speed, turn_rate, turns, steps, rule.time_step)
+    position = poses[..., :2]
     before = np.concatenate(
         (np.broadcast_to(robot.position[:, None, None], position[:, :, :1].shape),
          position[:, :, :-1]), axis=2)
@@ -99,10 +115,26 @@ def roll_out(rule, actions, motion, robot, agents, walls):
     rewards -= _brushes(rule.caution, near.velocity, gaps)
     over = np.logical_or.accumulate(facts.reached | collided, axis=-1)
     rewards[..., 1:][over[..., :-1]] = 0.0
-    poses = np.concatenate((position, np.broadcast_to(
-        first[:, :, None, 2:], position.shape[:-1] + (1,))), axis=-1)
     crowd = _later(agents, forecast, rule.time_step)
-    return Rollout(poses, rewards, over, collided[..., 0], survival, crowd)
+    return Rollout(action, poses, rewards, over, collided[..., 0], survival, crowd)
+
+
+def _ways(rule, actions):
+    """Return the action (P,) and the steps of turning (P,) of every way."""
+    every = np.arange(len(actions.speed))
+    # Turning on is a way out only where it leads somewhere else, and a question to the network.
+    out = np.flatnonzero((np.abs(actions.turn_rate) > SHARP_TURN) & (actions.speed > BRISK))
+    rows = [every] + [out] * (len(rule.turns) - 1)
+    return np.concatenate(rows), np.repeat(rule.turns, [len(part) for part in rows])
+
+
+def _drive(pose, speed, turn_rate, turns, steps, time_step):
+    """Return poses (B, P, H, 3) of ways that turn at `turn_rate` (B, P) for `turns` (P,) steps."""
+    pose, poses = pose[:, None], []
+    for number in range(steps):
+        pose = drive_unicycle(pose, speed, np.where(turns > number, turn_rate, 0.0), time_step)
+        poses.append(pose)
+    return np.stack(poses, axis=2)
 
 
 def _foresee(rule, motion, agents, walls, steps):

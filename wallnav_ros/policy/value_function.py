@@ -225,6 +225,9 @@ def _expectations(metadata):
     horizons = metadata['decision'].get('horizons')
     yield 'decision.horizons', widths_fit(horizons, 1, None) and max(horizons) <= FARTHEST, (
         f'a list of steps, each from 1 to {FARTHEST}')
+    turns = metadata['decision'].get('turns', [1])
+    yield 'decision.turns', widths_fit(turns, 1, None) and max(turns) <= FARTHEST, (
+        f'a list of steps, each from 1 to {FARTHEST}')
     caution = metadata['decision'].get('caution')
     yield 'decision.caution', caution == 0 or is_positive(caution), 'seconds, 0 or more'
     aversion = metadata['decision'].get('aversion', 0)

@@ -22,7 +22,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from wallnav_ros.policy.motion import PAST
+from wallnav_ros.policy.motion import HISTORY
 from wallnav_ros.policy.outcomes import GOAL_TOLERANCE
 from wallnav_ros.policy.rewards import someone_passing, StepFacts, warning_radius
 from wallnav_ros.simulation.crowd import Crowd
@@ -56,7 +56,7 @@ class EpisodeBatch:
         most = max(room, *(len(episode.radius) for episode in episodes))
         self._agents = Agents(np.zeros((count, most, 2)), np.zeros((count, most, 2)),
                               np.zeros((count, most)), np.zeros((count, most), dtype=bool),
-                              np.full((count, most, PAST, 2), np.nan))
+                              np.full((count, most, HISTORY, 2), np.nan))
         for row, episode in enumerate(episodes):
             _place(self._agents, row, episode)
         self._trail = deque([self._agents], maxlen=TRAIL)
