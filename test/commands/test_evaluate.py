@@ -19,6 +19,11 @@ The fields of summary.json are a contract.
 
 import csv
 import json
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
 
 from interruptions import interrupted
 import numpy as np
@@ -224,6 +229,26 @@ def test_ctrl_c_ends_with_one_line(scenario, tmp_path):
     assert status == 130
     assert b'evaluate: interrupted; nothing was written' in errors
     assert b'Traceback' not in errors
+
+
+def test_a_worker_that_is_killed_ends_it_with_one_line(scenario, tmp_path):
+    process = subprocess.Popen(
+        [sys.executable, '-m', 'wallnav_ros.commands.evaluate', '--model', 'orca', '--scenario',
+         scenario, '--episodes', '100000', '--workers', '2', '--out', tmp_path / 'out'],
+        stderr=subprocess.PIPE, stdout=subprocess.DEVNULL)
+    text = b''
+    while b'25/' not in text:           # a worker has handed in its first episodes
+        text += process.stderr.read(1)
+    children = Path(f'/proc/{process.pid}/task/{process.pid}/children').read_text().split()
+    workers = [int(child) for child in children
+               if b'spawn_main' in Path(f'/proc/{child}/cmdline').read_bytes()]
+    os.kill(workers[0], signal.SIGKILL)
+    _, errors = process.communicate(timeout=60)
+
+    assert process.returncode == 1
+    assert b'a worker was killed (SIGKILL)' in errors and b'--workers' in errors
+    assert b'Traceback' not in errors
+    assert not any(Path(f'/proc/{worker}').exists() for worker in workers)
 
 
 @pytest.mark.parametrize('arguments', [

@@ -18,7 +18,6 @@ Paper section 7; writes summary.json, episodes.csv, tables.md and pictures of tr
 """
 
 import argparse
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 import json
 from pathlib import Path
@@ -29,6 +28,7 @@ from wallnav_ros.evaluation.comparison import compare, comparison_markdown
 from wallnav_ros.evaluation.episodes import Campaign, load_policy, run_campaigns
 from wallnav_ros.evaluation.tables import markdown, summarise, write_episodes
 from wallnav_ros.evaluation.trajectory_figures import draw_cell
+from wallnav_ros.evaluation.worker_pool import WorkerDied
 from wallnav_ros.policy.value_function import WeightsError
 from wallnav_ros.simulation.scenario import ScenarioError
 from wallnav_ros.simulation.scenarios import load_scenario
@@ -75,8 +75,8 @@ def main(arguments=None):
     except (OSError, ScenarioError, WeightsError) as error:
         print(f'evaluate: {error}', file=sys.stderr)
         return 2
-    except BrokenProcessPool:
-        print('evaluate: a worker was killed, perhaps for want of memory; nothing was written: '
+    except WorkerDied as error:
+        print(f'evaluate: {error}, perhaps for want of memory; nothing was written: '
               'give fewer --workers', file=sys.stderr)
         return 1
     except KeyboardInterrupt:
