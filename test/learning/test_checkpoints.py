@@ -24,7 +24,7 @@ from wallnav_ros.learning.settings import TrainSettings
 
 torch = pytest.importorskip('torch')
 
-from wallnav_ros.learning import checkpoints  # noqa: E402
+from wallnav_ros.learning import checkpoints  # noqa: E402, I100
 from wallnav_ros.learning.trainer import Trainer  # noqa: E402
 from wallnav_ros.policy.features import AGENT, Features, ROBOT, WALL_RAYS  # noqa: E402
 

@@ -28,7 +28,7 @@ from wallnav_ros.policy.value_function import load_value_function
 
 torch = pytest.importorskip('torch')
 
-from wallnav_ros.learning import export  # noqa: E402
+from wallnav_ros.learning import export  # noqa: E402, I100
 from wallnav_ros.learning.trainer import Trainer  # noqa: E402
 
 pytestmark = pytest.mark.extras
