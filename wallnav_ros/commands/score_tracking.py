@@ -23,6 +23,7 @@ import sys
 
 from tqdm import tqdm
 
+from wallnav_ros.commands.arguments import output_file
 from wallnav_ros.evaluation.recordings import RecordingError
 from wallnav_ros.evaluation.tracking_figures import draw_tracks
 from wallnav_ros.evaluation.tracking_report import (
@@ -40,7 +41,8 @@ def main(arguments=None):
         prog='score_tracking', description='Score the tracker and rebuild docs/tracking.md.')
     parser.add_argument('data', metavar='DATA_DIR', type=Path,
                         help='folder with rosbag2 folders, at any depth')
-    parser.add_argument('--out', metavar='FILE.md', type=Path, default=Path('docs/tracking.md'))
+    parser.add_argument('--out', metavar='FILE.md', type=output_file,
+                        default=Path('docs/tracking.md'))
     options = parser.parse_args(arguments)
     try:
         recordings, pictures = [], []
