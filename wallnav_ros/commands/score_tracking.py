@@ -21,6 +21,7 @@ import argparse
 from pathlib import Path
 import sys
 
+from rosbags.rosbag2 import ReaderError
 from tqdm import tqdm
 
 from wallnav_ros.commands.arguments import output_file
@@ -55,7 +56,7 @@ def main(arguments=None):
         if not recordings:
             raise RecordingError(f'{options.data}: holds no rosbag2 folder: name another')
         text = page(recordings, simulation_lines(), pictures)
-    except (RecordingError, OSError) as error:
+    except (RecordingError, ReaderError, OSError) as error:
         print(f'score_tracking: {error}', file=sys.stderr)
         return 2
     with atomic_write(options.out) as stream:
