@@ -82,7 +82,8 @@ lint: $(VENV)/.test-installed
 # Where a ROS 2 is sourced there is no such environment: its distribution's versions are the ones.
 test-oldest: $(OLDEST)/.oldest-installed
 	@if [ -x $(OLDEST)/bin/python ]; then \
-		$(OLDEST)/bin/python $(PYTEST) -q -m 'not extras and not linter' $(ROBOT_TESTS); \
+		$(OLDEST)/bin/python $(PYTEST) -q -m 'not extras and not linter and not slow' \
+			$(ROBOT_TESTS); \
 	fi
 
 test: lint test-oldest

@@ -68,7 +68,7 @@ def generate_launch_description():
              enable_stamped_cmd_vel=value('stamped', bool)),
         node('scan_tracker_node', UnlessCondition(tracks_in_process)),
         Node(package='rviz2', executable='rviz2', output='screen',
-             namespace=LaunchConfiguration('namespace'),
+             namespace=LaunchConfiguration('namespace'), remappings=remappings,
              arguments=['-d', PathJoinSubstitution(
                  [FindPackageShare('wallnav_ros'), 'rviz', 'wallnav.rviz'])],
              parameters=[{'use_sim_time': value('use_sim_time', bool)}],

@@ -19,14 +19,11 @@ Recordings are looked for in $WALLNAV_TEST_DATA, else in ../shared/data beside t
 
 import os
 from pathlib import Path
-import socket
 
 import numpy as np
 import pytest
 
 REPOSITORY = Path(__file__).resolve().parents[1]
-# The DDS ports of higher domains fall into Linux's range of ephemeral ports.
-ROS_DOMAINS = range(1, 100)
 
 
 def is_strict(config):
@@ -86,20 +83,7 @@ def ros_domain_id():
 
     Processes started by a test inherit the domain.
     """
-    with socket.socket(socket.AF_UNIX) as reservation, pytest.MonkeyPatch.context() as environment:
-        domain = _reserve_domain(reservation)
-        environment.setenv('ROS_DOMAIN_ID', str(domain))
-        environment.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-        yield domain
-
-
-def _reserve_domain(reservation):
-    # An abstract socket name has one owner, and goes with the process whatever way that ends.
-    for offset in range(len(ROS_DOMAINS)):
-        domain = ROS_DOMAINS[(os.getpid() + offset) % len(ROS_DOMAINS)]
-        try:
-            reservation.bind(f'\0wallnav_ros_test_domain_{domain}')
-        except OSError:
-            continue
-        return domain
-    pytest.fail('every ROS domain from 1 to 99 is taken by another test process')
+    # Told apart from those of `drive` too, which may run beside it.
+    from wallnav_ros.commands.node_processes import Domain
+    with Domain() as domain:
+        yield domain.id

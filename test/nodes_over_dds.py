@@ -36,7 +36,8 @@ from wallnav_ros.nodes.topics import LATCHED, RELIABLE, SENSOR
 from wallnav_ros.world.geometry import drive_unicycle
 from wallnav_ros.world.tracks import Tracks
 
-TIMEOUT = 20.0             # s that anything may take on a busy machine
+TIMEOUT = 60.0             # s that anything may take on a busy machine
+EAGER = {'diagnostics_period': 0.1}    # for nodes that are waited for
 BEAMS = 360
 COMMAND_TIMEOUT = 0.5      # s after which a base stops by itself
 
@@ -141,6 +142,8 @@ class Robot:
         self.wait(lambda: self.causes and self.causes[-1] == cause, f'cause {cause!r}')
 
     def send_goal(self, x, y, frame='odom'):
+        """Send a goal in metres to the node, once that has connected to its topic."""
+        self.wait(self._goal.get_subscription_count, 'a node that takes goals')
         goal = PoseStamped()
         goal.header.frame_id = frame
         goal.pose.position.x, goal.pose.position.y = float(x), float(y)

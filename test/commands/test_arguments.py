@@ -31,6 +31,7 @@ def test_numbers_are_taken():
 @pytest.mark.parametrize(('kind', 'text', 'words'), [
     (natural, '-1', '0 or more, got -1'), (natural, '1.5', '0 or more, got 1.5'),
     (natural, 'many', '0 or more, got many'), (positive, '0', 'above 0, got 0'),
+    (positive, '-1', 'above 0, got -1'),
     (finite, 'nan', 'finite number, got nan'), (finite, 'inf', 'finite number, got inf'),
     (finite, 'far', 'finite number, got far'), (above_zero, '0', 'above 0, got 0'),
     (above_zero, '-0.1', 'above 0, got -0.1'), (above_zero, 'nan', 'finite number, got nan'),

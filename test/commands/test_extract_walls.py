@@ -107,17 +107,9 @@ def test_a_bad_map_gives_one_line_and_status_2(tmp_path, capsys, fields, data, f
     assert not (tmp_path / 'walls.json').exists()
 
 
-def test_a_place_that_cannot_be_written_to_is_named(block, tmp_path, capsys):
-    (tmp_path / 'folder').mkdir()
-
-    assert main([str(block), '--out', str(tmp_path / 'folder')]) == 2
-
-    line, = capsys.readouterr().err.splitlines()
-    assert 'folder' in line and 'choose another place' in line
-
-
 @pytest.mark.parametrize('options', [
-    [], ['--tolerance', '-1'], ['--tolerance', 'nan'], ['--min-size', 'small'], ['--depth', '1']])
+    [], ['--tolerance', '-1'], ['--tolerance', 'nan'], ['--min-size', 'small'], ['--depth', '1'],
+    ['--out', '/'], ['--plot', '/'], ['--json', '/']])
 def test_wrong_options_are_wrong_usage(block, options, capsys):
     with pytest.raises(SystemExit) as stopped:
         main([str(block), *options] if options else [])

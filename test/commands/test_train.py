@@ -143,7 +143,9 @@ def test_input_that_cannot_be_used_ends_with_status_2_and_one_line(config, tmp_p
         capsys, '--config', str(config), *out, '--resume')
     assert '--device abacus: ' in refusal(
         capsys, '--config', str(config), *out, '--device', 'abacus')
-    assert str(config) in refusal(capsys, '--config', str(config), '--out', str(config))
+    with pytest.raises(SystemExit, match='2'):
+        main(['--config', str(config), '--out', str(config)])
+    assert f'--out: no folder can be written at {str(config)!r}' in capsys.readouterr().err
 
 
 @pytest.mark.filterwarnings('ignore::RuntimeWarning')

@@ -41,7 +41,7 @@ from wallnav_ros.simulation.scenarios import load_scenario  # noqa: E402
 from wallnav_ros.world.files import find_asset  # noqa: E402
 
 pytestmark = pytest.mark.extras
-HOURS = float(os.environ.get('WALLNAV_DAY', 0.08))
+HOURS = float(os.environ.get('WALLNAV_DAY', 0.05))
 SPAN = 600.0           # s of it, after which memory is looked at again
 REST = 60.0            # s that the robot rests at every goal
 GROWTH = 8.0           # MB that memory may grow by, from a tenth of the day on

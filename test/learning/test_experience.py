@@ -114,25 +114,37 @@ class Straight:
 def test_a_straight_drive_is_worth_its_discounted_rewards():
     episode = draw_episode(load_scenario('cross_path'), 'none', 0)
 
-    states, returns, outcomes = gather([episode], Straight(), Rule(reward='R1'), trace=1.0)
+    states, returns, (drive,) = gather([episode], Straight(), Rule(reward='R1'), trace=1.0)
 
     # 0.002 a step and 10 instead on the last; gamma^(0.25 x 0.8) a step.
     steps, discount = len(returns), 0.9 ** 0.2
     order = np.argsort(-states.robot[:, 0])          # by distance to the goal: from the start
-    assert outcomes == ['goal']
     assert 39 <= steps <= 40
     left = np.arange(steps - 1, -1, -1)
     expected = 0.002 * (1 - discount ** left) / (1 - discount) + 10.0 * discount ** left
     assert returns[order] == pytest.approx(expected, abs=1e-6)
+    assert (drive.outcome, drive.time) == ('goal', 0.25 * steps)
+    assert drive.path_length == pytest.approx(0.2 * steps)
+    assert sum(drive.terms.values()) == pytest.approx(10.0 + 0.002 * (steps - 1))
+
+
+def test_what_a_drive_earned_ends_with_it_though_others_go_on():
+    near, far = (draw_episode(load_scenario('cross_path'), 'none', 0, preferred_speed=speed)
+                 for speed in (1.0, 0.4))
+    _, _, drives = gather([near, far], Straight(), Rule(), trace=1.0)
+    _, _, (alone,) = gather([near], Straight(), Rule(), trace=1.0)
+
+    assert drives[0] == alone
+    assert drives[1].time > 2.0 * drives[0].time
 
 
 def test_demonstrations_are_gathered_from_orca():
     episodes = [draw_episode(load_scenario('cross_path'), case, 1) for case in ('none', 'static')]
 
-    states, returns, outcomes = gather(
+    states, returns, drives = gather(
         episodes, Demonstrator(OrcaPolicy(make_actions())), Rule(), trace=1.0)
 
-    assert outcomes[0] == 'goal'
+    assert drives[0].outcome == 'goal'
     assert len(states.robot) == len(returns) > 40
     assert np.isfinite(returns).all()
     assert states.present.shape == (len(returns), 15)

@@ -26,6 +26,7 @@ import pytest
 
 from wallnav_ros.learning.settings import SettingsError, TrainSettings
 from wallnav_ros.policy.value_function import load_value_function
+from wallnav_ros.simulation.scenario import ScenarioError
 
 torch = pytest.importorskip('torch')
 trainer_module = pytest.importorskip('wallnav_ros.learning.trainer')
@@ -49,6 +50,7 @@ TINY = TrainSettings(
     evaluation_episodes=2)
 # Two cells, measured after 4 and after 8 episodes.
 CELLS = 2
+TERMS = ('R_g', 'R_c', 'R_d', 'R_hg', 'R_s', 'R_pf', 'R_wc', 'R_wmin', 'R_wmax')
 
 
 @pytest.fixture(scope='module', autouse=True)
@@ -99,6 +101,10 @@ def test_the_log_has_a_row_a_round(finished):
         assert np.isfinite(float(row['loss']))
         assert sum(float(row[name]) for name in ('goal', 'collision', 'wall_collision',
                                                  'timeout')) == pytest.approx(1.0)
+        assert 0.0 < float(row['time']) <= 5.0 and float(row['path_length']) > 0.0
+        assert float(row['total_reward']) == pytest.approx(
+            sum(float(row[name]) for name in TERMS))
+        assert float(row['R_g']) == pytest.approx(10.0 * float(row['goal']))
     # From 0.3 towards 0.03 over the first 2000 episodes; 2 of them are done in the first row.
     assert float(rows[0]['epsilon']) == pytest.approx(0.3 - 0.27 * 2 / 2000, abs=1e-4)
 
@@ -109,8 +115,7 @@ def test_every_cell_is_evaluated_greedily_at_intervals(finished):
     assert [(row['episodes'], row['case']) for row in rows] == [
         ('4', 'none'), ('4', 'static'), ('8', 'none'), ('8', 'static')]
     for row in rows:
-        assert {'R_g', 'R_c', 'R_d', 'R_hg', 'R_s', 'R_pf', 'R_wc', 'R_wmin', 'R_wmax',
-                'time', 'path_length', 'total_reward'} <= set(row)
+        assert {*TERMS, 'time', 'path_length', 'total_reward'} <= set(row)
         assert float(row['R_g']) == pytest.approx(10.0 * float(row['goal']))
 
 
@@ -286,6 +291,38 @@ def test_robots_and_cases_are_drawn_as_the_settings_say(tmp_path, tiny):
     assert 0.65 < np.mean([episode.case == 'static' for episode in episodes]) < 0.85
     # Apart from the seeds that anyone evaluates with.
     assert min(episode.seed for episode in episodes) >= 2 ** 32
+
+
+def test_a_run_of_an_older_version_with_fewer_figures_a_round_goes_on(tmp_path, tiny, finished):
+    older = trainer_module.Trainer(tiny, tmp_path)
+    load = {'log': [{'episodes': 2, 'loss': 0.5, 'goal': 0.5, 'collision': 0.5,
+                     'wall_collision': 0.0, 'timeout': 0.0}], 'evaluation': []}
+    older.rows.update(load)
+    older.counts.update(imitated=3, episodes=2)
+    older.memory = finished.memory
+    checkpoints.save_checkpoint(older)
+
+    trainer_module.Trainer(tiny, tmp_path).run(resume=True)
+
+    first, second, *_ = rows_of(tmp_path / 'log.csv')
+    assert (first['goal'], first['R_g']) == ('0.5', '')
+    assert second['R_g']
+
+
+def test_a_drawn_world_too_small_for_its_crowd_is_drawn_anew(tmp_path, tiny, monkeypatch):
+    trainer = trainer_module.Trainer(replace(tiny, scenarios={'family': 1}), tmp_path)
+    small = iter([True, False, True, True, *[False] * 100])
+    real, refused = trainer_module.draw_episode, []
+
+    def draw(world, case, *more):
+        if next(small):
+            refused.append(world.name)
+            raise ScenarioError('no room')
+        return real(world, case, *more)
+    monkeypatch.setattr(trainer_module, 'draw_episode', draw)
+
+    assert len(trainer._draw(6)) == 6
+    assert len(refused) == 3
 
 
 def test_fitting_brings_the_loss_down(tmp_path, tiny):

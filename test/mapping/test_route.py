@@ -20,7 +20,7 @@ import pytest
 
 from wallnav_ros.mapping.distance_field import distance_field
 from wallnav_ros.mapping.occupancy_map import load_map
-from wallnav_ros.mapping.route import plan_route, RouteError
+from wallnav_ros.mapping.route import plan_round, plan_route, RouteError
 from wallnav_ros.mapping.wall_extraction import extract_walls
 from wallnav_ros.world.geometry import to_parent
 from wallnav_ros.world.walls import Walls
@@ -106,6 +106,20 @@ def test_an_open_world_is_crossed_straight():
 def test_no_route_says_why(goal, start, radius, reason):
     with pytest.raises(RouteError, match=reason):
         plan_route(PARTED, np.array(goal), radius, np.array(start))
+
+
+def test_who_stands_in_the_door_is_passed_on_the_side_that_leaves_room():
+    disc, radius = np.array([[4.1, 5.2]]), np.array([0.2])
+
+    path = plan_round(PARTED, START, GOAL, RADIUS, disc, radius).path(START)
+
+    dense = np.concatenate([np.linspace(a, b, 100) for a, b in zip(path[:-1], path[1:])])
+    assert np.hypot(*(dense - disc[0]).T).min() > radius[0] + RADIUS - 0.01
+
+
+def test_who_fills_the_door_leaves_no_way_round():
+    with pytest.raises(RouteError, match='no way round who stands there'):
+        plan_round(PARTED, START, GOAL, RADIUS, np.array([[4.1, 5.4]]), np.array([0.3]))
 
 
 def test_a_robot_from_where_no_way_leads_heads_for_the_goal():

@@ -139,6 +139,7 @@ def may(robot, crowd, field, commands, in_effect):
                    for number in HELD_PERIODS], axis=0)
 
 
+@pytest.mark.slow
 def test_the_guarantee_of_docs_safety_holds_for_a_hundred_thousand_random_states(rng):
     """Drive random states by the fastest random commands that are allowed, then brake."""
     kept, least_static, least_walker, refused = 0, np.inf, np.inf, 0

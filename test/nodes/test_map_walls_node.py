@@ -19,6 +19,7 @@ from time import monotonic
 
 from map_files import write_map_files
 from nav_msgs.msg import OccupancyGrid
+from nodes_over_dds import TIMEOUT
 import numpy as np
 import pytest
 import rclpy
@@ -27,7 +28,6 @@ from visualization_msgs.msg import Marker
 from wallnav_ros.nodes.conversions import pose_message
 from wallnav_ros.nodes.topics import LATCHED
 
-TIMEOUT = 20.0
 BLOCK = np.full((4, 6), 254)
 BLOCK[1:3, 1:5] = 0
 

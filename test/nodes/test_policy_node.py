@@ -18,6 +18,7 @@ from time import monotonic
 
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import OccupancyGrid, Path
+from nodes_over_dds import EAGER
 import numpy as np
 import pytest
 from visualization_msgs.msg import Marker, MarkerArray
@@ -28,7 +29,8 @@ from wallnav_ros.nodes.topics import LATCHED, RELIABLE, SENSOR
 def start_policy(start, straight_weights):
     """Return a function that starts the policy node with weights that head for the goal."""
     def start_node(parameters=(), arguments=()):
-        return start('policy_node', {'model': straight_weights, **dict(parameters)}, arguments)
+        return start('policy_node', {'model': straight_weights, **EAGER, **dict(parameters)},
+                     arguments)
     return start_node
 
 

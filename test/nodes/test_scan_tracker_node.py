@@ -23,6 +23,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from map_files import write_map_files
 from nav_msgs.msg import Odometry
+from nodes_over_dds import TIMEOUT
 import numpy as np
 import pytest
 import rclpy
@@ -61,9 +62,9 @@ class World:
         self.node.destroy_node()
         rclpy.shutdown(context=self.context)
 
-    def wait(self, ready, timeout=20.0):
-        """Spin until `ready()`; fails the test after `timeout` seconds."""
-        end = time.monotonic() + timeout
+    def wait(self, ready):
+        """Spin until `ready()`; fails the test when that never comes."""
+        end = time.monotonic() + TIMEOUT
         while not ready():
             assert time.monotonic() < end, 'the node did not answer in time'
             self.executor.spin_once(timeout_sec=0.05)
@@ -102,11 +103,11 @@ class World:
     def connect(self):
         """Wait until the node has a scan and the odometry to it: topics connect one by one."""
         self.wait(lambda: self.node.count_publishers('tracks'))
-        end = time.monotonic() + 20.0
+        end = time.monotonic() + TIMEOUT
         while not self.tracks:
             assert time.monotonic() < end, 'the node did not answer in time'
             self.send_scan(np.full(BEAMS, np.inf))
-            self.executor.spin_once(timeout_sec=0.1)
+            self.executor.spin_once(timeout_sec=0.05)
 
 
 def disc_ranges(centre, radius):
@@ -125,7 +126,8 @@ def start_node(ros_domain_id):
 
     def start(*arguments):
         process = subprocess.Popen(
-            [sys.executable, '-m', 'wallnav_ros.nodes.scan_tracker_node', *arguments],
+            [sys.executable, '-m', 'wallnav_ros.nodes.scan_tracker_node', '--ros-args',
+             '-p', 'diagnostics_period:=0.1', *arguments],
             stderr=subprocess.PIPE, text=True, env=os.environ)
         started.append(process)
         return process
@@ -176,7 +178,7 @@ def test_tracks_have_the_fields_of_the_interface(start_node, world):
 
 @pytest.mark.parametrize('world', ['/robot_7'], indirect=True)
 def test_names_follow_namespace_and_remaps(start_node, world):
-    start_node('--ros-args', '-r', '__ns:=/robot_7')
+    start_node('-r', '__ns:=/robot_7')
     world.connect()
     assert len(walk_past(world)) == 1
 
@@ -200,7 +202,7 @@ def test_ends_cleanly_when_asked(start_node, world, number):
     process = start_node()
     world.connect()
     process.send_signal(number)
-    assert process.wait(timeout=10.0) == 0
+    assert process.wait(TIMEOUT) == 0
 
 
 @pytest.mark.parametrize('spread, found', [(0.02, 1), (0.1, 0)])
@@ -208,7 +210,7 @@ def test_doubt_of_the_pose_decides_what_is_a_mapped_wall(
         start_node, world, tmp_path, spread, found):
     # A wall from (7, -1) to (7.5, 1) in the map; a pole whose near side is 0.19 m before it.
     # Margins: 2 * sqrt(0.03^2 + 0.04^2 + 0.02^2) = 0.11 m and, with 0.1 m, 0.22 m.
-    start_node('--ros-args', '-p', 'map:=' + str(write_map_files(
+    start_node('-p', 'map:=' + str(write_map_files(
         tmp_path, [[0]] * 4, resolution='0.5', origin='[7.0, -1.0, 0.0]')))
     world.connect()
     world.localise(spread)
@@ -221,6 +223,6 @@ def test_doubt_of_the_pose_decides_what_is_a_mapped_wall(
 
 
 def test_refuses_a_map_that_does_not_exist(start_node):
-    process = start_node('--ros-args', '-p', 'map:=nowhere.yaml')
-    assert process.wait(timeout=20.0) == 2
+    process = start_node('-p', 'map:=nowhere.yaml')
+    assert process.wait(TIMEOUT) == 2
     assert 'nowhere.yaml' in process.stderr.read()

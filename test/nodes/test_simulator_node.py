@@ -19,6 +19,7 @@ from time import monotonic
 
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist
 from nav_msgs.msg import Odometry
+from nodes_over_dds import TIMEOUT
 import numpy as np
 import pytest
 import rclpy
@@ -64,11 +65,10 @@ class Listener:
         self.node.destroy_node()
         self._context.try_shutdown()
 
-    def wait(self, condition, timeout=20.0):
-        clock = self.node.get_clock()
-        end = clock.now().nanoseconds + timeout * 1e9
+    def wait(self, condition):
+        end = monotonic() + TIMEOUT
         while not condition():
-            assert clock.now().nanoseconds < end, 'did not happen in time'
+            assert monotonic() < end, 'did not happen in time'
             self._executor.spin_once(timeout_sec=0.05)
 
     def wait_for_silence(self, duration=1.0):
@@ -136,7 +136,7 @@ def test_the_robot_stops_by_itself_when_commands_cease(start, listener):
     command = Twist()
     command.linear.x = 0.5
     listener.commands.publish(command)
-    listener.wait(lambda: odometry[-1].twist.twist.linear.x > 0.1)
+    listener.wait(lambda: any(each.twist.twist.linear.x > 0.1 for each in odometry))
     listener.wait(lambda: odometry[-1].twist.twist.linear.x == 0.0)
     assert odometry[-1].pose.pose.position.x < 0.5 * (0.2 + 0.5)
 
@@ -171,7 +171,7 @@ def test_simulated_time_runs_as_fast_as_asked(start, listener):
                          ('scan', lambda message: message.header.stamp)):
         heard = listener.heard[topic]
         listener.wait(lambda heard=heard, stamp=stamp:
-                      heard and convert.seconds(stamp(heard[-1])) > first + 12.0)
+                      heard and convert.seconds(stamp(heard[-1])) > first + 8.0)
     last = convert.seconds(listener.heard['/clock'][-1].clock)
     # A busy machine may lose time, but none may be gained beyond the lag that is caught up with.
     assert monotonic() - began + LONGEST_LAG > (last - first) / 4.0

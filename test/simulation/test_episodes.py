@@ -26,7 +26,7 @@ import numpy as np
 import pytest
 
 from wallnav_ros.simulation.episodes import (
-    CLEARANCE, draw_episode, Episode, GOAL_CLEARANCE)
+    CLEARANCE, draw_episode, draw_with_room, Episode, GOAL_CLEARANCE)
 from wallnav_ros.simulation.free_space import Passage
 from wallnav_ros.simulation.scenario import ScenarioError
 from wallnav_ros.simulation.scenarios import load_scenario
@@ -216,6 +216,32 @@ def test_a_crowd_that_does_not_fit_is_refused_in_one_line():
     with pytest.raises(ScenarioError, match=r'cross_path.yaml: cases: no room for agent \d+ '
                                             r'after \d+ attempts; ask for fewer or smaller'):
         draw_episode(crammed, 'mixed', 0)
+
+
+def too_small_for(worlds):
+    """Return a draw that refuses `worlds`, and returns any other."""
+    def draw(world):
+        if world in worlds:
+            raise ScenarioError('no room')
+        return world
+    return draw
+
+
+def test_another_world_is_drawn_where_one_is_too_small_for_its_crowd():
+    family = load_scenario('family')
+    small = [family.at(1), family.at(2)]
+
+    assert draw_with_room(family, iter((1, 2, 3)).__next__, too_small_for(small)) is family.at(3)
+    with pytest.raises(ScenarioError, match='no room'):
+        draw_with_room(family, lambda: 2, too_small_for(small))
+
+
+def test_a_world_that_is_the_only_one_is_asked_once():
+    scenario, seeds = load_scenario('cross_path'), iter(range(10))
+
+    with pytest.raises(ScenarioError, match='no room'):
+        draw_with_room(scenario, seeds.__next__, too_small_for([scenario]))
+    assert next(seeds) == 1
 
 
 def test_an_unknown_case_is_refused():

@@ -23,6 +23,7 @@ import subprocess
 import sys
 import time
 
+from nodes_over_dds import TIMEOUT
 import pytest
 import rclpy
 
@@ -104,11 +105,11 @@ def listener(ros_domain_id):
 
 
 def wait_until_started(listener, name, process):
-    """Wait until the node of `process` is in the ROS graph, at most 30 s."""
-    deadline = time.monotonic() + 30.0
+    """Wait until the node of `process` is in the ROS graph."""
+    deadline = time.monotonic() + TIMEOUT
     while not listener.wait_for_node(name, timeout=0.5):
         assert process.poll() is None, process.stderr.read()
-        assert time.monotonic() < deadline, f'{name} is not in the ROS graph after 30 s'
+        assert time.monotonic() < deadline, f'{name} is not in the ROS graph'
 
 
 @pytest.mark.parametrize('name, arguments', [
@@ -126,7 +127,7 @@ def test_an_installed_node_starts_and_stops_cleanly(workspace, listener, name, a
     try:
         wait_until_started(listener, name, process)
         process.send_signal(stop)
-        _, errors = process.communicate(timeout=10)
+        _, errors = process.communicate(timeout=TIMEOUT)
     finally:
         process.kill()
         process.wait()

@@ -32,7 +32,7 @@ def natural(text):
 
 def positive(text):
     """Return `text` as a whole number above 0."""
-    if not natural(text):
+    if not text.isdecimal() or not int(text):
         raise argparse.ArgumentTypeError(f'expected a whole number above 0, got {text}')
     return int(text)
 

@@ -18,18 +18,18 @@ Paper section 7; writes summary.json, episodes.csv, tables.md and pictures of tr
 """
 
 import argparse
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 import json
 from pathlib import Path
 import sys
 
-from wallnav_ros.commands.arguments import natural, output_file, positive
+from wallnav_ros.commands.arguments import natural, output_file, output_folder, positive
 from wallnav_ros.evaluation.comparison import compare, comparison_markdown
 from wallnav_ros.evaluation.episodes import Campaign, load_policy, run_campaigns
 from wallnav_ros.evaluation.tables import markdown, summarise, write_episodes
 from wallnav_ros.evaluation.trajectory_figures import draw_cell
-from wallnav_ros.policy.value_function import WeightsError
+from wallnav_ros.evaluation.worker_pool import WorkerDied
+from wallnav_ros.policy.value_function import FARTHEST, WeightsError
 from wallnav_ros.simulation.scenario import ScenarioError
 from wallnav_ros.simulation.scenarios import load_scenario
 from wallnav_ros.world.files import atomic_write
@@ -47,7 +47,7 @@ def parse(arguments):
     parser.add_argument('--episodes', type=positive, default=100, help='per cell')
     parser.add_argument('--seed', type=natural, default=0,
                         help='of the first episode of each cell')
-    parser.add_argument('--horizons', type=positive, nargs='+', metavar='STEPS',
+    parser.add_argument('--horizons', type=_steps, nargs='+', metavar='STEPS',
                         help="decision rule (default: the model's own; 1 is the paper's)")
     parser.add_argument('--caution', type=_seconds, metavar='S',
                         help="decision rule (default: the model's own; 0 is the paper's)")
@@ -58,7 +58,8 @@ def parse(arguments):
                         help='people see the robot and give way (default: what a scenario says)')
     parser.add_argument('--figures', type=natural, default=6, metavar='N',
                         help='episodes of each cell to draw (default: 6)')
-    parser.add_argument('--out', required=True, help='folder for the results')
+    parser.add_argument('--out', required=True, metavar='DIR', type=output_folder,
+                        help='folder for the results')
     parser.add_argument('--workers', type=positive, default=1, help='processes')
     parser.add_argument('--json', metavar='FILE', type=output_file,
                         help='also write the summary here')
@@ -69,14 +70,14 @@ def main(arguments=None):
     """Run the command; returns its exit status."""
     options = parse(arguments)
     try:
-        # First: a folder that cannot be written should not cost an evaluation.
-        Path(options.out).mkdir(parents=True, exist_ok=True)
+        # First: a folder that cannot be made should not cost an evaluation.
+        options.out.mkdir(parents=True, exist_ok=True)
         _evaluate(options, options.model or ['wallnav'])
     except (OSError, ScenarioError, WeightsError) as error:
         print(f'evaluate: {error}', file=sys.stderr)
         return 2
-    except BrokenProcessPool:
-        print('evaluate: a worker was killed, perhaps for want of memory; nothing was written: '
+    except WorkerDied as error:
+        print(f'evaluate: {error}, perhaps for want of memory; nothing was written: '
               'give fewer --workers', file=sys.stderr)
         return 1
     except KeyboardInterrupt:
@@ -87,7 +88,7 @@ def main(arguments=None):
 
 def _evaluate(options, models):
     """Measure `models`, and write and print what came out."""
-    out = Path(options.out)
+    out = options.out
     for model in models:
         load_policy(model, options.horizons, options.caution)
     campaigns = [campaign for model in models for campaign in _campaigns(options, model)]
@@ -157,6 +158,12 @@ def _cases(name, case):
         return list(scenario.cases)
     scenario.counts(case)
     return [case]
+
+
+def _steps(text):
+    if positive(text) > FARTHEST:
+        raise argparse.ArgumentTypeError(f'expected at most {FARTHEST} steps, got {text}')
+    return int(text)
 
 
 def _seconds(text):

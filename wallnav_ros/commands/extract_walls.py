@@ -31,6 +31,7 @@ from matplotlib.patches import Patch
 from matplotlib.transforms import Affine2D
 import numpy as np
 
+from wallnav_ros.commands.arguments import output_file
 from wallnav_ros.mapping.occupancy_map import FREE, load_map, MapError
 from wallnav_ros.mapping.wall_extraction import extract_walls
 from wallnav_ros.world.files import atomic_write
@@ -56,13 +57,8 @@ def main(arguments=None):
             figure = draw_walls(occupancy_map, extraction, Path(options.map).name)
             with atomic_write(options.plot, 'wb') as stream:
                 figure.savefig(stream, format='png', dpi=150)
-    except MapError as error:
+    except (MapError, OSError) as error:
         print(f'extract_walls: {error}', file=sys.stderr)
-        return 2
-    except OSError as error:
-        place = error.filename2 or error.filename or 'writing'
-        print(f'extract_walls: {place}: {error.strerror}; choose another place to write to',
-              file=sys.stderr)
         return 2
     stats = extraction.stats
     print(f"{options.map}: {stats['width']} x {stats['height']} cells of "
@@ -75,13 +71,16 @@ def main(arguments=None):
 def _parse(arguments):
     parser = argparse.ArgumentParser(prog='extract_walls', description=__doc__.split('\n')[1])
     parser.add_argument('map', metavar='MAP.yaml', help='map file, as nav2_map_server reads it')
-    parser.add_argument('--out', metavar='FILE.json', help='write the walls there')
-    parser.add_argument('--plot', metavar='FILE.png', help='draw the map and its walls there')
+    parser.add_argument('--out', metavar='FILE.json', type=output_file,
+                        help='write the walls there')
+    parser.add_argument('--plot', metavar='FILE.png', type=output_file,
+                        help='draw the map and its walls there')
     parser.add_argument('--tolerance', type=_metres, metavar='M',
                         help='metres a wall may be moved by (default: half a cell)')
     parser.add_argument('--min-size', type=_metres, default=0.0, metavar='M',
                         help='leave out speckle: walls smaller than this (default: none)')
-    parser.add_argument('--json', metavar='FILE', help='write the walls there as well')
+    parser.add_argument('--json', metavar='FILE', type=output_file,
+                        help='write the walls there as well')
     return parser.parse_args(arguments)
 
 

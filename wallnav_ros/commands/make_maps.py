@@ -21,7 +21,7 @@ import argparse
 from pathlib import Path
 import sys
 
-from wallnav_ros.commands.arguments import above_zero
+from wallnav_ros.commands.arguments import above_zero, output_folder
 from wallnav_ros.simulation.scenario import Scenario, ScenarioError
 from wallnav_ros.simulation.scenarios import load_scenario
 
@@ -35,7 +35,7 @@ def parse(arguments):
                              '(default: both paths of the paper)')
     parser.add_argument('--resolution', type=above_zero, default=0.05, metavar='M',
                         help='metres a cell (default: %(default)s)')
-    parser.add_argument('--out', type=Path, default=Path('maps'), metavar='DIR',
+    parser.add_argument('--out', type=output_folder, default=Path('maps'), metavar='DIR',
                         help='folder for NAME.yaml and NAME.png (default: %(default)s)')
     return parser.parse_args(arguments)
 

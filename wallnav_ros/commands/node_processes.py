@@ -25,6 +25,7 @@ import socket
 import subprocess
 import sys
 
+# The DDS ports of higher domains fall into Linux's range of ephemeral ports.
 DOMAINS = range(1, 100)
 GRACE = 5.0                # s that a node has to end by itself
 _PR_SET_PDEATHSIG = 1

@@ -21,8 +21,10 @@ import argparse
 from pathlib import Path
 import sys
 
+from rosbags.rosbag2 import ReaderError
 from tqdm import tqdm
 
+from wallnav_ros.commands.arguments import output_file
 from wallnav_ros.evaluation.recordings import RecordingError
 from wallnav_ros.evaluation.tracking_figures import draw_tracks
 from wallnav_ros.evaluation.tracking_report import (
@@ -40,7 +42,8 @@ def main(arguments=None):
         prog='score_tracking', description='Score the tracker and rebuild docs/tracking.md.')
     parser.add_argument('data', metavar='DATA_DIR', type=Path,
                         help='folder with rosbag2 folders, at any depth')
-    parser.add_argument('--out', metavar='FILE.md', type=Path, default=Path('docs/tracking.md'))
+    parser.add_argument('--out', metavar='FILE.md', type=output_file,
+                        default=Path('docs/tracking.md'))
     options = parser.parse_args(arguments)
     try:
         recordings, pictures = [], []
@@ -53,7 +56,7 @@ def main(arguments=None):
         if not recordings:
             raise RecordingError(f'{options.data}: holds no rosbag2 folder: name another')
         text = page(recordings, simulation_lines(), pictures)
-    except (RecordingError, OSError) as error:
+    except (RecordingError, ReaderError, OSError) as error:
         print(f'score_tracking: {error}', file=sys.stderr)
         return 2
     with atomic_write(options.out) as stream:

@@ -19,10 +19,9 @@ Paper algorithm 1; see docs/learning.md.
 
 import argparse
 import json
-from pathlib import Path
 import sys
 
-from wallnav_ros.commands.arguments import output_file
+from wallnav_ros.commands.arguments import output_file, output_folder
 from wallnav_ros.world.files import atomic_write, find_asset
 
 
@@ -31,7 +30,7 @@ def parse(arguments):
     parser = argparse.ArgumentParser('train', description=__doc__.strip().splitlines()[0])
     parser.add_argument('--config', required=True,
                         help='YAML file, or the short name of one shipped in params/training')
-    parser.add_argument('--out', required=True,
+    parser.add_argument('--out', required=True, metavar='DIR', type=output_folder,
                         help='folder for checkpoints, logs, curves and the exported weights')
     parser.add_argument('--resume', action='store_true',
                         help='go on from the checkpoint in --out')
@@ -60,7 +59,7 @@ def main(arguments=None):
         settings = load_settings(find_asset('params/training', options.config, '.yaml'),
                                  options.set)
         device = prepare_device(options.device)
-        Path(options.out).mkdir(parents=True, exist_ok=True)
+        options.out.mkdir(parents=True, exist_ok=True)
         trainer = Trainer(settings, options.out, device)
         weights = trainer.run(resume=options.resume)
         if options.json:

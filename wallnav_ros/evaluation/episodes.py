@@ -17,14 +17,13 @@ Evaluate a policy over seeds and cells, on any number of worker processes.
 Paper section 7; the same seed gives the same results, whatever the number of workers.
 """
 
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-import multiprocessing
 import os
 
 from tqdm import tqdm
 
 from wallnav_ros.evaluation.baselines import is_baseline, load_baseline
+from wallnav_ros.evaluation.worker_pool import work_off
 from wallnav_ros.policy.actions import make_actions
 from wallnav_ros.policy.lookahead import Lookahead
 from wallnav_ros.policy.value_function import load_value_function
@@ -85,32 +84,36 @@ def load_policy(model, horizons=None, caution=None, constant_velocity=False):
 
 
 def run_campaigns(campaigns, workers=1, progress=True):
-    """Return one list of EpisodeResult per campaign, in the order of its seeds."""
+    """
+    Return one list of EpisodeResult per campaign, in the order of its seeds.
+
+    Raises WorkerDied where one of several worker processes was killed.
+    """
     jobs = [(number, campaign.seeds[start:start + BATCH])
             for number, campaign in enumerate(campaigns)
             for start in range(0, len(campaign.seeds), BATCH)]
+    batches = {}
+    with tqdm(total=sum(len(campaign.seeds) for campaign in campaigns), desc='evaluating',
+              unit='episode', disable=not progress) as bar:
+        for job, batch in _run_batches(
+                [(campaigns[number], seeds) for number, seeds in jobs], workers):
+            batches[job] = batch
+            bar.update(len(batch))
     results = [[] for _ in campaigns]
-    bar = tqdm(total=sum(len(campaign.seeds) for campaign in campaigns), desc='evaluating',
-               unit='episode', disable=not progress)
-    if workers == 1:
-        batches = map(_run_batch, ((campaigns[number], seeds) for number, seeds in jobs))
-        _collect(batches, jobs, results, bar)
-    else:
-        # One BLAS thread a worker: more would fight over the same cores.
-        os.environ.setdefault('OMP_NUM_THREADS', '1')
-        os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
-        context = multiprocessing.get_context('spawn')
-        with ProcessPoolExecutor(workers, mp_context=context) as pool:
-            batches = pool.map(_run_batch, [(campaigns[number], seeds) for number, seeds in jobs])
-            _collect(batches, jobs, results, bar)
-    bar.close()
+    for job, (number, _) in enumerate(jobs):
+        results[number].extend(batches[job])
     return results
 
 
-def _collect(batches, jobs, results, bar):
-    for (number, _), batch in zip(jobs, batches):
-        results[number].extend(batch)
-        bar.update(len(batch))
+def _run_batches(jobs, workers):
+    """Yield (number, results) of every job, (campaign, seeds), as they are done."""
+    if workers == 1:
+        yield from enumerate(map(_run_batch, jobs))
+        return
+    # One BLAS thread a worker: more would fight over the same cores.
+    os.environ.setdefault('OMP_NUM_THREADS', '1')
+    os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
+    yield from work_off(_run_batch, jobs, workers)
 
 
 def _run_batch(job):

@@ -38,6 +38,16 @@ class Step:
     explored: np.ndarray
 
 
+@dataclass(frozen=True)
+class Drive:
+    """How one episode went: its outcome, s, m and {reward term: sum over the episode}."""
+
+    outcome: str
+    time: float
+    path_length: float
+    terms: dict
+
+
 class Explorer:
     """Acts greedily on a Lookahead, at random with probability `epsilon`."""
 
@@ -71,7 +81,7 @@ class Demonstrator:
 
 def gather(episodes, actor, rule, trace, sight=WallSight()):
     """
-    Run `episodes` to their ends; return Features (S,), returns (S,) and the outcomes.
+    Run `episodes` to their ends; return Features (S,), returns (S,) and a Drive for each.
 
     `sight` says what of a state is kept, and what the actor sees of the episodes.
     `trace` is lambda: 1 pays what really followed, 0 what the next state is expected to give.
@@ -83,8 +93,9 @@ def gather(episodes, actor, rule, trace, sight=WallSight()):
     every = np.arange(len(episodes))
     preferred_speed = batch.robot(every).preferred_speed
     commands_of = actor.actions.commands(preferred_speed)
-    steps = []
+    steps, sums = [], {}
     while (batch.outcome == RUNNING).any():
+        running = batch.outcome == RUNNING
         action = np.zeros(len(episodes), dtype=int)
         seen = []
         for rows, field in batch.groups():
@@ -92,12 +103,18 @@ def gather(episodes, actor, rule, trace, sight=WallSight()):
             action[rows], expected, explored = actor.act(view, rows, field)
             seen.append((rows, state, expected, explored))
         facts = batch.step(commands_of[every, action])
-        reward = total(reward_terms(rule.reward, facts))
+        terms = reward_terms(rule.reward, facts)
+        reward = total(terms)
+        for name, value in terms.items():
+            sums[name] = sums.get(name, 0.0) + np.where(running, value, 0.0)
         steps.extend(Step(rows, state, reward[rows], expected, explored)
                      for rows, state, expected, explored in seen)
     discount = rule.discount ** (rule.time_step * preferred_speed)
     states, returns = _returns(steps, discount, trace)
-    return states, returns, [OUTCOMES[outcome] for outcome in batch.outcome]
+    drives = [Drive(OUTCOMES[batch.outcome[row]], float(batch.time[row]),
+                    float(batch.path_length[row]),
+                    {name: float(value[row]) for name, value in sums.items()}) for row in every]
+    return states, returns, drives
 
 
 def _returns(steps, discount, trace):

@@ -43,7 +43,7 @@ from wallnav_ros.policy.lookahead import MOST_AGENTS
 from wallnav_ros.policy.motion_weights import load_motion
 from wallnav_ros.policy.outcomes import Rule
 from wallnav_ros.simulation.batch import OUTCOMES
-from wallnav_ros.simulation.episodes import draw_episode
+from wallnav_ros.simulation.episodes import draw_episode, draw_with_room
 from wallnav_ros.simulation.orca import OrcaPolicy
 from wallnav_ros.simulation.rollout import run_episodes
 from wallnav_ros.simulation.scenarios import load_scenario
@@ -132,15 +132,15 @@ class Trainer:
             lookahead = self.sight.lookahead(NetworkValue(self.target), self.actions, rule,
                                              self.motion)
             explorer = Explorer(lookahead, self._epsilon(), self.rng)
-            states, returns, outcomes = gather(self._draw(count), explorer, rule, settings.trace,
-                                               self.sight)
+            states, returns, drives = gather(self._draw(count), explorer, rule, settings.trace,
+                                             self.sight)
             self.memory.add(states, returns)
             loss = self._update(settings.updates)
             self.counts['episodes'] += count
             self.counts['seconds'] += time.monotonic() - began
-            self._log(loss, outcomes, float(returns.mean()))
+            self._log(loss, float(returns.mean()), drives)
             bar.update(count)
-            bar.set_postfix(loss=f'{loss:.3f}', goal=f'{outcomes.count("goal") / count:.0%}')
+            bar.set_postfix(loss=f'{loss:.3f}', goal=f'{self.rows["log"][-1]["goal"]:.0%}')
             self._save_when_due()
         bar.close()
 
@@ -196,20 +196,28 @@ class Trainer:
 
     def _draw(self, count):
         """Return `count` episodes of random scenario, case, robot and seed."""
-        settings, episodes = self.settings, []
+        episodes = []
         while len(episodes) < count:
-            # Far above any seed that policies are evaluated with.
-            world = self._pick(self.scenarios, settings.scenarios).at(self._seed())
-            for _ in range(min(WORLD_SHARE, count - len(episodes))):
-                case = self._pick({name: name for name in settings.cases}, settings.cases)
-                own = self.rng.random() < settings.own_robot
-                radius, speed = self.rng.uniform(*np.transpose(
-                    [settings.radius, settings.preferred_speed]))
-                episodes.append(draw_episode(world, case, self._seed(), None if own else radius,
-                                             None if own else speed))
+            share = min(WORLD_SHARE, count - len(episodes))
+            source = self._pick(self.scenarios, self.settings.scenarios)
+            episodes += draw_with_room(
+                source, self._seed, lambda world, share=share: self._draw_in(world, share))
+        return episodes
+
+    def _draw_in(self, world, count):
+        """Return `count` episodes of random case, robot and seed in one world."""
+        settings, episodes = self.settings, []
+        for _ in range(count):
+            case = self._pick({name: name for name in settings.cases}, settings.cases)
+            own = self.rng.random() < settings.own_robot
+            radius, speed = self.rng.uniform(*np.transpose(
+                [settings.radius, settings.preferred_speed]))
+            episodes.append(draw_episode(world, case, self._seed(), None if own else radius,
+                                         None if own else speed))
         return episodes
 
     def _seed(self):
+        # Far above any seed that policies are evaluated with.
         return int(self.rng.integers(2 ** 32, 2 ** 62))
 
     def _pick(self, choices, weights):
@@ -258,29 +266,33 @@ class Trainer:
         return settings.learning_rate * (
             settings.final_learning_rate / settings.learning_rate) ** done
 
-    def _log(self, loss, outcomes, mean_return):
-        row = {'episodes': self.counts['episodes'], 'seconds': round(self.counts['seconds'], 1),
-               'loss': loss, 'epsilon': round(self._epsilon(), 4), 'mean_return': mean_return}
-        row.update({name: outcomes.count(name) / len(outcomes) for name in OUTCOMES[1:]})
-        self.rows['log'].append(row)
+    def _log(self, loss, mean_return, drives):
+        self.rows['log'].append({
+            'episodes': self.counts['episodes'], 'seconds': round(self.counts['seconds'], 1),
+            'loss': loss, 'epsilon': round(self._epsilon(), 4), 'mean_return': mean_return,
+            **_means(drives)})
 
     def _log_cell(self, scenario, case, results):
-        row = {'episodes': self.counts['episodes'], 'scenario': scenario, 'case': case}
-        row.update({name: np.mean([result.outcome == name for result in results])
-                    for name in OUTCOMES[1:]})
-        row['time'] = np.mean([result.time for result in results])
-        row['path_length'] = np.mean([result.path_length for result in results])
-        row['total_reward'] = np.mean([sum(result.terms.values()) for result in results])
-        row.update({name: np.mean([result.terms[name] for result in results])
-                    for name in results[0].terms})
-        self.rows['evaluation'].append(row)
+        self.rows['evaluation'].append({'episodes': self.counts['episodes'], 'scenario': scenario,
+                                        'case': case, **_means(results)})
 
     def _write_logs(self):
         for name, rows in self.rows.items():
             if rows:
                 with atomic_write(self.out / f'{name}.csv', newline='') as stream:
-                    writer = csv.DictWriter(stream, rows[0])
+                    # The last row: a run resumed from an older version has fewer columns above.
+                    writer = csv.DictWriter(stream, rows[-1])
                     writer.writeheader()
                     writer.writerows(rows)
         with atomic_write(self.out / 'settings.json') as stream:
             json.dump(asdict(self.settings), stream, indent=2)
+
+
+def _means(drives):
+    """Return the metrics of section 7, each the mean of `drives` (Drive or EpisodeResult)."""
+    columns = {name: [drive.outcome == name for drive in drives] for name in OUTCOMES[1:]}
+    columns['time'] = [drive.time for drive in drives]
+    columns['path_length'] = [drive.path_length for drive in drives]
+    columns['total_reward'] = [sum(drive.terms.values()) for drive in drives]
+    columns.update({name: [drive.terms[name] for drive in drives] for name in drives[0].terms})
+    return {name: float(np.mean(values)) for name, values in columns.items()}

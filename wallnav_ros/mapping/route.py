@@ -162,6 +162,19 @@ def plan_route(walls, goal, radius, start=None, margin=2.0):
     return route
 
 
+def plan_round(walls, start, goal, radius, position, disc_radius):
+    """
+    Return the Route from `start` (2,) to `goal` (2,) that leaves room for discs that stand there.
+
+    walls: DistanceField without them; position (K, 2), disc_radius (K,) m. A robot of `radius` m
+    may already be closer to something than that. Raises RouteError where there is no way.
+    """
+    route = plan_route(walls.with_discs(position, disc_radius), goal, radius)
+    if not np.isfinite(route.to_go(start)):
+        raise RouteError('no way round who stands there')
+    return route
+
+
 def _extent(walls, points, margin):
     """Return the first cell's centre (2,) and the shape of a grid over `walls` and `points`."""
     height, width = np.array(walls.distance.shape) * walls.resolution

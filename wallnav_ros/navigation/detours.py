@@ -14,15 +14,15 @@
 """
 Ways round whoever stands in the way, sought before the robot gets stuck before them.
 
-What `simulation.detours` does in training; on a piece of the map, so that it takes no longer than
-a control period or so.
+What `simulation.detours` does in training; from tracks, and on a piece of the map, so that it
+takes no longer than a control period or so.
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from wallnav_ros.mapping.route import plan_route, Route, RouteError
+from wallnav_ros.mapping.route import plan_round, Route, RouteError
 from wallnav_ros.world.geometry import to_child
 
 STILL = 0.2            # m that who stands has moved at most, as tracks go
@@ -163,10 +163,7 @@ def plan_detour(walls, start, end, position, radius, room):
     low, high = np.minimum(start, end) - MARGIN, np.maximum(start, end) + MARGIN
     piece = _cut(walls, low, high)
     near = ((position > low) & (position < high)).all(axis=1)
-    route = plan_route(piece.with_discs(position[near], radius[near]), end, room)
-    if not np.isfinite(route.to_go(start)):
-        raise RouteError('no way round who stands there')
-    return route
+    return plan_round(piece, start, end, room, position[near], radius[near])
 
 
 def _sampled(path):

@@ -14,12 +14,13 @@
 """
 Ways around people who stand, for simulated robots: the map does not know who stands where.
 
-What `navigation.guidance` does on the robot where it is stuck.
+`navigation.detours` does it on the robot, which has tracks to go by and only time for a piece of
+the map; here it is told who stands, and simulated worlds are small.
 """
 
 import numpy as np
 
-from wallnav_ros.mapping.route import plan_route, RouteError
+from wallnav_ros.mapping.route import plan_round, RouteError
 from wallnav_ros.world.geometry import lengths, nearest_on_segments
 
 PATIENCE = 4           # steps after which who has not moved is taken to stand, and is looked for
@@ -61,12 +62,11 @@ class Detours:
         if not len(new) or _is_clear(route, robot, agents.position[new], agents.radius[new]):
             return None
         self._standing[row] = standing
-        field = walls.with_discs(agents.position[stands], agents.radius[stands])
         try:
-            route = plan_route(field, robot.goal, float(robot.radius) + ROOM)
+            return plan_round(walls, robot.position, robot.goal, float(robot.radius) + ROOM,
+                              agents.position[stands], agents.radius[stands])
         except RouteError:
             return None
-        return route if np.isfinite(route.to_go(robot.position)) else None
 
 
 def _is_clear(route, robot, position, radius):

@@ -32,6 +32,7 @@ PASSAGE = 0.1          # m, room to each side of the robot on the way that stand
 MIN_WALK = 4.0         # m, a walking agent's goal is this far, or the farthest that was found
 ATTEMPTS = 2000
 GOAL_ATTEMPTS = 30
+WORLDS = 100           # of a family that are drawn before one must have had room for its crowd
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +75,24 @@ def draw_episode(scenario, case, seed, radius=None, preferred_speed=None):
     for number in range(static + dynamic):
         crowd.add(walks=number >= static)
     return Episode(scenario, case, int(seed), robot, *crowd.arrays())
+
+
+def draw_with_room(source, seed, draw):
+    """
+    Return draw(world) for a world of `source`, a Scenario or Family; seed() gives its seed.
+
+    A drawn world may be too small for the crowd drawn with it: another one is taken then. Raises
+    ScenarioError where a Scenario, which is the only world of its own, has no room.
+    """
+    for _ in range(WORLDS):
+        world = source.at(seed())
+        try:
+            return draw(world)
+        except ScenarioError as error:
+            if world is source:
+                raise
+            refusal = error
+    raise refusal
 
 
 class _Draw:
