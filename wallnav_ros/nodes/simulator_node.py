@@ -17,6 +17,7 @@ The node that stands in for robot and people: one episode of a scenario, seen by
 Paper section 1 (world); the topics are those of a robot with AMCL (docs/nodes.md).
 """
 
+from array import array
 from dataclasses import dataclass
 import json
 import sys
@@ -175,15 +176,16 @@ class SimulatorNode(Node):
         scan.angle_max = scan.angle_min + (self.lidar.beams - 1) * scan.angle_increment
         scan.range_min, scan.range_max = self.lidar.range_min, self.lidar.range_max
         scan.scan_time = 1.0 / self.options.scan_rate
-        scan.ranges = self.lidar.scan(
+        scan.ranges = array('f', self.lidar.scan(
             compose(self.world.pose, self.laser_pose), self.world.episode.scenario.walls, agents,
-            self._rng).tolist()
+            self._rng).tobytes())
         self._publish_fix(stamp)
         if len(self._sent) > 100:
             self._sent.pop(next(iter(self._sent)))
         self._sent[_nanoseconds(stamp)] = monotonic()
         self._scan_publisher.publish(scan)
-        self._truth_publisher.publish(self._truth(agents, stamp))
+        if self._truth_publisher.get_subscription_count():
+            self._truth_publisher.publish(self._truth(agents, stamp))
 
     def _publish_fix(self, stamp):
         """Publish the pose in the map when the robot has moved as far as AMCL waits for."""

@@ -37,7 +37,8 @@ def subscribe(node, message_type, topic, callback, qos, faults=None):
         _note_mismatch(node, topic, 'publisher', event, faults)
     return node.create_subscription(
         message_type, topic, callback, qos,
-        event_callbacks=SubscriptionEventCallbacks(incompatible_qos=warn))
+        event_callbacks=SubscriptionEventCallbacks(
+            incompatible_qos=warn, use_default_callbacks=False))
 
 
 def advertise(node, message_type, topic, qos, faults=None):
@@ -45,7 +46,8 @@ def advertise(node, message_type, topic, qos, faults=None):
     def warn(event):
         _note_mismatch(node, topic, 'subscriber', event, faults)
     return node.create_publisher(
-        message_type, topic, qos, event_callbacks=PublisherEventCallbacks(incompatible_qos=warn))
+        message_type, topic, qos, event_callbacks=PublisherEventCallbacks(
+            incompatible_qos=warn, use_default_callbacks=False))
 
 
 def _note_mismatch(node, topic, peer, event, faults):
