@@ -44,6 +44,7 @@ from wallnav_ros.nodes.policy_parameters import (
 from wallnav_ros.nodes.runner import run
 from wallnav_ros.nodes.topics import advertise, LATCHED, RELIABLE, SENSOR, subscribe, unheard_kind
 from wallnav_ros.nodes.transforms import find_frames
+from wallnav_ros.world.files import errors_of
 
 FAREWELL = Duration(seconds=0.5)      # longest wait for the last command to be acknowledged
 
@@ -61,7 +62,9 @@ class PolicyNode(Node):
         self._faults, self._unheard = {}, None
         self._advertise()
         if self.options.map:
-            self._use_map(load_map(self.options.map))
+            occupancy_map = load_map(self.options.map)
+            with errors_of(self.options.map):
+                self._use_map(occupancy_map)
         self._frames = find_frames(self)
         self._subscribe()
         follow_changes(self, self.navigator)

@@ -43,6 +43,7 @@ from wallnav_ros.nodes.topics import advertise, LATCHED, RELIABLE, SENSOR, subsc
 from wallnav_ros.nodes.transforms import find_frames
 from wallnav_ros.perception.settings import TrackerSettings
 from wallnav_ros.perception.tracking import Tracker
+from wallnav_ros.world.files import errors_of
 from wallnav_ros.world.geometry import compose
 from wallnav_ros.world.tracks import HUMAN
 
@@ -67,7 +68,9 @@ class ScanTrackerNode(Node):
         self._scans, self._odometry, self._latency = 0, 0, Latencies()
         map_file = declare(self, 'map', '', 'YAML file of the map; empty: take it from topic map')
         if map_file:
-            self._use_map(load_map(map_file))
+            occupancy_map = load_map(map_file)
+            with errors_of(map_file):
+                self._use_map(occupancy_map)
         self._frames = find_frames(self)
         self._tracks_publisher = advertise(self, PointCloud2, 'tracks', RELIABLE)
         self._marker_publisher = advertise(self, MarkerArray, 'markers', RELIABLE)
