@@ -24,7 +24,7 @@ import sys
 
 from wallnav_ros.commands import drive
 from wallnav_ros.commands.arguments import natural, output_file, output_folder, positive
-from wallnav_ros.evaluation.lab_page import page, PAPER_TIMES, Series
+from wallnav_ros.evaluation.lab_page import DRIFT, page, PAPER_TIMES, Series
 from wallnav_ros.world.files import atomic_write
 
 POSES = {'perfect': (0.0, 0.0), 'noisy': (0.05, 0.035)}     # m and rad
@@ -39,8 +39,8 @@ def main(arguments=None):
             status = max(status, drive.main([
                 '--scenario', lab, '--case', 'lab', '--runs', str(options.runs),
                 '--seed', str(options.seed), '--model', options.model,
-                '--out', str(options.out / f'{lab}_{pose}'),
-                '--localisation-noise', *map(str, POSES[pose])]))
+                '--out', str(options.out / f'{lab}_{pose}'), '--speed', str(options.speed),
+                '--odom-drift', str(DRIFT), '--localisation-noise', *map(str, POSES[pose])]))
             if status > 1:
                 return status
     if options.page is not None:
@@ -60,6 +60,8 @@ def _parse(arguments):
     parser.add_argument('--labs', nargs='*', default=list(PAPER_TIMES), choices=PAPER_TIMES)
     parser.add_argument('--poses', nargs='*', default=list(POSES), choices=POSES,
                         help='in the map, that the robot is given')
+    parser.add_argument('--speed', type=float, default=1.0,
+                        help='simulated seconds per second')
     parser.add_argument('--model', default='wallnav', help='weight file, or a shipped name')
     parser.add_argument('--page', type=output_file, metavar='FILE.md',
                         help='write this page about all results in the folder')
