@@ -22,6 +22,9 @@ from rclpy.qos import (
     DurabilityPolicy, qos_policy_name_from_kind, QoSProfile, ReliabilityPolicy)
 
 SENSOR = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
+# What is worth nothing once there is a newer one: none waits behind others for a busy machine.
+NEWEST_SCAN = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+NEWEST_TRACKS = QoSProfile(depth=1)
 RELIABLE = QoSProfile(depth=10)
 # One value that counts until the next: the last one is kept for subscribers that come late.
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
