@@ -36,6 +36,7 @@ class Rig:
 
     lidar: the scanner, at the middle of the base. scan_rate, odom_rate, control_rate: Hz.
     delay: s from the moment something is sensed until a command that answers it is in effect.
+    tick: s that the world is advanced by at a time.
     """
 
     lidar: Lidar = Lidar()
@@ -43,6 +44,7 @@ class Rig:
     odom_rate: float = 40.0
     control_rate: float = 20.0
     delay: float = 0.025
+    tick: float = TICK
 
 
 class ClosedLoop:
@@ -62,7 +64,7 @@ class ClosedLoop:
     @property
     def now(self):
         """Return the time by the robot's clock, in seconds."""
-        return self._started + TICK * self._ticks
+        return self._started + self._rig.tick * self._ticks
 
     def run(self, watch=None):
         """Send the goal and drive until the episode ends; `watch(loop)` sees every tick."""
@@ -77,11 +79,11 @@ class ClosedLoop:
         return self.world.summary()
 
     def step(self):
-        """Advance by one TICK."""
+        """Advance by one tick."""
         self._ticks += 1
         while self._sent and self._sent[0][0] <= self.now:
             self._command = self._sent.popleft()[1]
-        self.world.advance(self._command, TICK)
+        self.world.advance(self._command, self._rig.tick)
         self._sense()
         if self._is_due('control', self._rig.control_rate):
             self._control()
@@ -107,4 +109,4 @@ class ClosedLoop:
         self._sent.append((self.now + self._rig.delay, self.status.command))
 
     def _is_due(self, name, rate):
-        return self._schedule.is_due(name, rate, self._ticks * TICK)
+        return self._schedule.is_due(name, rate, self._rig.tick * self._ticks)
