@@ -45,7 +45,7 @@ def main(arguments=None):
                 return status
     if options.page is not None:
         try:
-            _write_page(options.out, options.page)
+            _write_page(options.out, options.page, options.speed)
         except OSError as error:
             print(f'lab_tests: {error}', file=sys.stderr)
             return 1
@@ -68,7 +68,7 @@ def _parse(arguments):
     return parser.parse_args(arguments)
 
 
-def _write_page(out, path):
+def _write_page(out, path, speed):
     """Write the page at `path`, and its pictures beside it, about the results in folder `out`."""
     series = []
     for pose, noise in POSES.items():
@@ -82,7 +82,7 @@ def _write_page(out, path):
             runs = json.loads((folder / 'summary.json').read_text(encoding='utf-8'))['runs']
             series.append(Series(lab, noise, runs, picture))
     with atomic_write(path) as stream:
-        stream.write(page(series))
+        stream.write(page(series, speed))
 
 
 if __name__ == '__main__':
