@@ -88,7 +88,7 @@ class Driver:
         return Plan(stamp, command, stop, action == STOP, path, robot.goal, frame)
 
     def _best_stoppable(self, observation, commands, scores, now):
-        """Return the index of the best of `commands` (A, 2) that the base can stop after, or None."""
+        """Return the index of the best command (A, 2) that the base can stop after, or None."""
         ranked = np.argsort(-scores, kind='stable')[:np.isfinite(scores).sum()]
         # Nearly always it is among the first few.
         for some in filter(len, (ranked[:FEW], ranked[FEW:])):

@@ -51,8 +51,8 @@ class Thaw:
         """
         Return commands (K, 2) to use in place of the policy's at `now` (s), best first, or None.
 
-        limits: BaseLimits. blocked: no action of the policy is left. The commands are still to be checked for whether the robot can stop
-        after them.
+        limits: BaseLimits. blocked: no action of the policy is left. The commands are still to be
+        checked for whether the robot can stop after them.
         """
         robot = observation.robot
         left = float(robot.beyond + np.hypot(*(robot.goal - robot.position)))
