@@ -33,7 +33,6 @@ from wallnav_ros.navigation.plans import NavigatorSettings  # noqa: E402
 from wallnav_ros.perception.tracking import Tracker  # noqa: E402
 from wallnav_ros.policy.lookahead import Lookahead  # noqa: E402
 from wallnav_ros.policy.value_function import load_value_function  # noqa: E402
-from wallnav_ros.simulation.batch import RUNNING  # noqa: E402
 from wallnav_ros.simulation.episodes import draw_episode  # noqa: E402
 from wallnav_ros.simulation.lidar import Lidar  # noqa: E402
 from wallnav_ros.simulation.live_world import Base, LiveWorld  # noqa: E402
@@ -52,8 +51,7 @@ class EndlessWorld(LiveWorld):
     """A world that goes on after a contact and after its time, and keeps no history."""
 
     def _judge(self, pose_before, agents_before):
-        super()._judge(pose_before, agents_before)
-        self.outcome = RUNNING
+        pass
 
     def _record(self):
         self.history = []
@@ -77,7 +75,7 @@ def loop(rng):
                           NavigatorSettings(control_period=0.1))
     navigator.set_walls(distance_field(scenario.walls))
     lidar = Lidar(180, -np.pi, 2.0 * np.pi / 180)
-    return ClosedLoop(world, navigator, rng, Rig(lidar, 5.0, 20.0, 10.0))
+    return ClosedLoop(world, navigator, rng, Rig(lidar, 5.0, 20.0, 10.0, tick=0.05))
 
 
 def test_memory_stays_flat(loop):

@@ -43,6 +43,15 @@ def allows(seen, *commands, duration=0.25):
     return stoppable(seen, np.array(commands), duration, LIMITS).tolist()
 
 
+def test_each_command_may_be_held_for_a_time_of_its_own():
+    for gap in np.linspace(0.2, 0.8, 25):
+        seen = observation(0.8, disc(0.2 + 0.3 + gap, 0.1))
+        commands, held = [AHEAD, AHEAD, (0.5, 1.0), (0.0, 0.0)], [0.05, 0.4, 0.25, 0.1]
+        each = [allows(seen, command, duration=duration)[0]
+                for command, duration in zip(commands, held)]
+        assert allows(seen, *commands, duration=np.array(held)) == each
+
+
 @pytest.mark.parametrize('gap, expected', [(0.50, True), (0.42, False)])
 def test_braking_distance_latency_and_clearance_decide(gap, expected):
     # At 0.8 m/s: 0.1 s late and 0.25 s held give 0.28 m, braking at 2 m/s^2 another 0.16 m less

@@ -17,6 +17,7 @@ import signal
 from time import monotonic
 
 from geometry_msgs.msg import PoseStamped
+from map_files import write_map_files
 from nav_msgs.msg import OccupancyGrid, Path
 from nodes_over_dds import EAGER
 import numpy as np
@@ -201,11 +202,14 @@ def test_drives_in_the_map_frame_once_localised_on_a_map_from_its_topic(start_po
     ({'model': '{tmp}/cut.npz'}, 'cut.npz'), ({'model': 'no_such_model'}, 'no_such_model'),
     ({'robot_radius': '-1.0'}, 'robot_radius'), ({'control_rate': 'fast'}, 'control_rate'),
     ({'tracks_source': 'tea_leaves'}, 'tracks_source'),
-    ({'laser_pose': '[0.0, 1.0]'}, 'laser_pose'), ({'map': '{tmp}/none.yaml'}, 'none.yaml')])
+    ({'laser_pose': '[0.0, 1.0]'}, 'laser_pose'), ({'map': '{tmp}/none.yaml'}, 'none.yaml'),
+    ({'map': '{tmp}/map.yaml'}, 'map.yaml: walls span')])
 def test_refuses_to_start_before_it_subscribes_to_anything(
         start_policy, robot, straight_weights, tmp_path, fault, told):
     content = straight_weights.read_bytes()
     (tmp_path / 'cut.npz').write_bytes(content[:len(content) // 2])
+    # A kilometre of walls, at 5 cm.
+    write_map_files(tmp_path, [[0]] * 4 + [[254]] * 4 + [[0]] * 4, resolution='100.0')
     node = start_policy({key: value.format(tmp=tmp_path) for key, value in fault.items()})
     robot.wait(lambda: node.process.poll() is not None, 'the end of the node')
     assert node.status() == 2

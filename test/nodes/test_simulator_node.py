@@ -122,6 +122,9 @@ def test_people_wait_for_the_goal_and_the_robot_for_commands(start, listener):
     truths = listener.heard['ground_truth/tracks']
     listener.wait(lambda: len(truths) > 3)
     assert bytes(truths[0].data) == bytes(truths[-1].data)
+    listener.send_goal(float('nan'), 4.0)
+    count = len(truths)
+    listener.wait(lambda: len(truths) > count + 3)
     assert listener.episode()['state'] == 'waiting'
     listener.send_goal(0.0, 4.0)
     listener.wait(lambda: bytes(truths[0].data) != bytes(truths[-1].data))

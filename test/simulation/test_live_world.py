@@ -20,11 +20,10 @@ import pytest
 from wallnav_ros.simulation.batch import (
     COLLISION, GOAL, RUNNING, TIMEOUT, WALL_COLLISION)
 from wallnav_ros.simulation.episodes import draw_episode
-from wallnav_ros.simulation.live_world import Base, CROWD_STEP, LiveWorld
+from wallnav_ros.simulation.live_world import Base, CROWD_STEP, LiveWorld, Schedule, TICK
 from wallnav_ros.simulation.scenarios import load_scenario
 
 pytestmark = pytest.mark.extras
-TICK = 0.0125
 AHEAD, STILL = np.array([0.8, 0.0]), np.zeros(2)
 
 
@@ -86,6 +85,24 @@ def test_a_localisation_is_off_by_about_its_noise():
     world = world_of(fix_noise=0.05, fix_turn_noise=0.02)
     errors = np.array([world.fix() - world.pose for _ in range(4000)])
     np.testing.assert_allclose(errors.std(axis=0), [0.05, 0.05, 0.02], rtol=0.25)
+
+
+def test_a_localisation_speaks_again_once_the_robot_has_moved():
+    world = world_of()
+    assert world.next_fix() is not None and world.next_fix() is None
+    # A turn by less than AMCL waits for, the shorter way round.
+    world.pose = world.pose - (0.05, 0.0, 2.0 * np.pi + 0.05)
+    assert world.next_fix() is None
+    world.pose = world.pose - (0.06, 0.0, 0.0)
+    np.testing.assert_allclose(world.next_fix()[:2], world.pose[:2])
+    world.pose = world.pose - (0.0, 0.0, 0.11)
+    assert world.next_fix() is not None
+
+
+def test_what_is_due_at_a_rate_that_is_no_whole_number_of_ticks_keeps_it():
+    schedule, times = Schedule(), TICK * np.arange(8000)
+    due = {rate: sum(schedule.is_due(rate, rate, now) for now in times) for rate in (7.0, 40.0)}
+    assert due == {7.0: 700, 40.0: 4000}
 
 
 def test_the_robot_reaches_the_goal_and_the_episode_ends():

@@ -24,7 +24,7 @@ import sys
 
 from wallnav_ros.commands import drive
 from wallnav_ros.commands.arguments import natural, output_file, output_folder, positive
-from wallnav_ros.evaluation.lab_page import page, PAPER_TIMES, Series
+from wallnav_ros.evaluation.lab_page import DRIFT, page, PAPER_TIMES, Series
 from wallnav_ros.world.files import atomic_write
 
 POSES = {'perfect': (0.0, 0.0), 'noisy': (0.05, 0.035)}     # m and rad
@@ -39,13 +39,13 @@ def main(arguments=None):
             status = max(status, drive.main([
                 '--scenario', lab, '--case', 'lab', '--runs', str(options.runs),
                 '--seed', str(options.seed), '--model', options.model,
-                '--out', str(options.out / f'{lab}_{pose}'),
-                '--localisation-noise', *map(str, POSES[pose])]))
+                '--out', str(options.out / f'{lab}_{pose}'), '--speed', str(options.speed),
+                '--odom-drift', str(DRIFT), '--localisation-noise', *map(str, POSES[pose])]))
             if status > 1:
                 return status
     if options.page is not None:
         try:
-            _write_page(options.out, options.page)
+            _write_page(options.out, options.page, options.speed)
         except OSError as error:
             print(f'lab_tests: {error}', file=sys.stderr)
             return 1
@@ -60,13 +60,15 @@ def _parse(arguments):
     parser.add_argument('--labs', nargs='*', default=list(PAPER_TIMES), choices=PAPER_TIMES)
     parser.add_argument('--poses', nargs='*', default=list(POSES), choices=POSES,
                         help='in the map, that the robot is given')
+    parser.add_argument('--speed', type=float, default=1.0,
+                        help='simulated seconds per second')
     parser.add_argument('--model', default='wallnav', help='weight file, or a shipped name')
     parser.add_argument('--page', type=output_file, metavar='FILE.md',
                         help='write this page about all results in the folder')
     return parser.parse_args(arguments)
 
 
-def _write_page(out, path):
+def _write_page(out, path, speed):
     """Write the page at `path`, and its pictures beside it, about the results in folder `out`."""
     series = []
     for pose, noise in POSES.items():
@@ -80,7 +82,7 @@ def _write_page(out, path):
             runs = json.loads((folder / 'summary.json').read_text(encoding='utf-8'))['runs']
             series.append(Series(lab, noise, runs, picture))
     with atomic_write(path) as stream:
-        stream.write(page(series))
+        stream.write(page(series, speed))
 
 
 if __name__ == '__main__':

@@ -26,10 +26,7 @@ from wallnav_ros.navigation.localisation import MAP
 from wallnav_ros.perception.scan import Scan
 from wallnav_ros.simulation.batch import RUNNING
 from wallnav_ros.simulation.lidar import Lidar
-from wallnav_ros.simulation.live_world import LiveWorld
-
-TICK = 0.0125                        # s; a whole number of them makes a crowd step
-FIX_DISTANCE, FIX_TURN = 0.1, 0.1    # m and rad between two poses of the localisation
+from wallnav_ros.simulation.live_world import LiveWorld, Schedule, TICK
 
 
 @dataclass(frozen=True)
@@ -39,6 +36,7 @@ class Rig:
 
     lidar: the scanner, at the middle of the base. scan_rate, odom_rate, control_rate: Hz.
     delay: s from the moment something is sensed until a command that answers it is in effect.
+    tick: s that the world is advanced by at a time.
     """
 
     lidar: Lidar = Lidar()
@@ -46,6 +44,7 @@ class Rig:
     odom_rate: float = 40.0
     control_rate: float = 20.0
     delay: float = 0.025
+    tick: float = TICK
 
 
 class ClosedLoop:
@@ -59,14 +58,13 @@ class ClosedLoop:
         """Start at `started` s of the robot's clock; `rng` draws the scanner's noise."""
         self.world, self.navigator, self.status = world, navigator, None
         self._rng, self._rig, self._started, self._ticks = rng, rig, started, 0
-        self._fixed_at = None
-        self._due = dict.fromkeys(('odometry', 'scan', 'control'), 0.0)
+        self._schedule = Schedule()
         self._sent, self._command = deque(), np.zeros(2)
 
     @property
     def now(self):
         """Return the time by the robot's clock, in seconds."""
-        return self._started + TICK * self._ticks
+        return self._started + self._rig.tick * self._ticks
 
     def run(self, watch=None):
         """Send the goal and drive until the episode ends; `watch(loop)` sees every tick."""
@@ -81,11 +79,11 @@ class ClosedLoop:
         return self.world.summary()
 
     def step(self):
-        """Advance by one TICK."""
+        """Advance by one tick."""
         self._ticks += 1
         while self._sent and self._sent[0][0] <= self.now:
             self._command = self._sent.popleft()[1]
-        self.world.advance(self._command, TICK)
+        self.world.advance(self._command, self._rig.tick)
         self._sense()
         if self._is_due('control', self._rig.control_rate):
             self._control()
@@ -95,7 +93,9 @@ class ClosedLoop:
         if self._is_due('odometry', self._rig.odom_rate):
             navigator.take_odometry(now, world.odometry, world.measured, now)
         if self._is_due('scan', self._rig.scan_rate):
-            self._fix()
+            fix = world.next_fix()
+            if fix is not None:
+                navigator.localisation.add_fix(now, fix)
             lidar, plan = self._rig.lidar, navigator.plan
             ranges = lidar.scan(world.pose, world.episode.scenario.walls, world.agents(),
                                 self._rng)
@@ -104,22 +104,9 @@ class ClosedLoop:
             if navigator.plan is not plan:
                 self._control()
 
-    def _fix(self):
-        """Tell where the robot is once it has moved as far as AMCL waits for."""
-        pose = self.world.pose
-        if self._fixed_at is not None:
-            moved = np.abs(pose - self._fixed_at)
-            if np.hypot(*moved[:2]) < FIX_DISTANCE and moved[2] % (2.0 * np.pi) < FIX_TURN:
-                return
-        self._fixed_at = pose.copy()
-        self.navigator.localisation.add_fix(self.now, self.world.fix())
-
     def _control(self):
         self.status = self.navigator.update(self.now, self.now)
         self._sent.append((self.now + self._rig.delay, self.status.command))
 
     def _is_due(self, name, rate):
-        if self._ticks * TICK < self._due[name] - 1e-9:
-            return False
-        self._due[name] += 1.0 / rate
-        return True
+        return self._schedule.is_due(name, rate, self._rig.tick * self._ticks)

@@ -19,6 +19,7 @@ The paper's Table 4 (its real robot) beside what `drive` measured in the same te
 
 from dataclasses import dataclass
 
+DRIFT = 0.02       # of the odometry: standard deviation of its scales, and rad per m of its bend
 PAPER_TIMES = {'lab_1': 14.0, 'lab_2': 58.0, 'lab_3': 50.0}    # s, Table 4
 
 PAGE = """# The laboratory tests
@@ -28,12 +29,14 @@ graph (`drive`: simulator, tracker, walls and policy as processes, over DDS), wi
 wide (radius 0.24 m, 0.8 m/s). This page is written by
 
 ```
-ros2 run wallnav_ros lab_tests --out out/labs --page docs/lab.md
+ros2 run wallnav_ros lab_tests --runs {runs} --speed {speed:g} --out out/labs --page docs/lab.md
 ```
 
-which drives every test {runs} times, each from a seed of its own, with a perfect pose in the map
-and again with one that is off by {noise} (standard deviations, slowly changing); every figure is
-measured, none is edited.
+({speed:g} simulated seconds a second), which drives every test {runs} times, each from a seed of
+its own, with a perfect pose in the map and again with one that is off by {noise} (standard
+deviations, slowly changing); every figure is measured, none is edited. The pose comes as from AMCL,
+once in 0.1 m or 0.1 rad; odometry drifts by {drift:g} % of the way and of turns, and by {drift:g}
+rad in a hundred metres (standard deviations).
 
 | scenario | what it holds | way |
 |---|---|---|
@@ -86,11 +89,12 @@ class Series:
     picture: str
 
 
-def page(series):
-    """Return the text of the page about a list of Series."""
+def page(series, speed=1.0):
+    """Return the text of the page about a list of Series, simulated `speed` times real time."""
     noisy = next((one.noise for one in series if any(one.noise)), None)
     return PAGE.format(
-        runs=_several({len(one.runs) for one in series}),
+        runs=_several({len(one.runs) for one in series}), drift=100.0 * DRIFT,
+        speed=speed,
         noise='nothing' if noisy is None else _noise(noisy),
         rows='\n'.join(map(_row, series)),
         pictures='\n\n'.join(f'![{_title(one)}]({one.picture})' for one in series))

@@ -19,6 +19,7 @@ takes no longer than a control period or so.
 """
 
 from dataclasses import dataclass, replace
+import math
 
 import numpy as np
 
@@ -50,10 +51,10 @@ class Standing:
 
     def take(self, tracks):
         """Note Tracks in the odometry's frame."""
-        now, places = tracks.stamp, tracks.position
+        now, places = tracks.stamp, tracks.position.tolist()
         for number, place, radius in zip(tracks.id.tolist(), places, tracks.radius.tolist()):
             anchor, since, _, _ = self._seen.get(number, (None, now, now, 0.0))
-            if anchor is None or np.hypot(*(place - anchor)) > STILL:
+            if anchor is None or math.dist(place, anchor) > STILL:
                 anchor, since = place, now
             self._seen[number] = anchor, since, now, radius
         self._seen = {number: entry for number, entry in self._seen.items()

@@ -31,7 +31,8 @@ from wallnav_ros.world.geometry import drive_unicycle
 
 # Control periods after which braking must be safe: after each, since braking earlier than was
 # counted on can end in somebody's way; the second one because a control step may be missed.
-HELD_PERIODS = (1, 2)
+HELD_PERIODS = np.array([1, 2])
+FEW = 6                        # actions looked at before all others are
 BACKING_OFF = 0.25             # of the preferred speed
 STANDSTILL = np.zeros(2)
 
@@ -70,9 +71,7 @@ class Driver:
         lookahead, robot, step = self._lookahead, observation.robot, self.time_step
         decision = lookahead.decide(observation)
         commands = lookahead.actions.commands(robot.preferred_speed)
-        allowed = self._stoppable(observation, commands, step, now)
-        scores = np.where(allowed, decision.scores, -np.inf)
-        action = int(scores.argmax()) if np.isfinite(scores).any() else None
+        action = self._best_stoppable(observation, commands, decision.scores, now)
         command, stop = STANDSTILL, None
         if action is not None:
             command = commands[action]
@@ -80,7 +79,7 @@ class Driver:
             command = back
         else:
             stop = _why_blocked(observation)
-        helped = self._help(observation, now)
+        helped = self._help(observation, now, stop is not None)
         if helped is not None:
             command, stop, action = helped, None, None
         path = decision.path
@@ -88,9 +87,19 @@ class Driver:
             path = np.stack((robot.pose, drive_unicycle(robot.pose, *command, step)))
         return Plan(stamp, command, stop, action == STOP, path, robot.goal, frame)
 
-    def _help(self, observation, now):
+    def _best_stoppable(self, observation, commands, scores, now):
+        """Return the index of the best command (A, 2) that the base can stop after, or None."""
+        ranked = np.argsort(-scores, kind='stable')[:np.isfinite(scores).sum()]
+        # Nearly always it is among the first few.
+        for some in filter(len, (ranked[:FEW], ranked[FEW:])):
+            allowed = self._stoppable(observation, commands[some], self.time_step, now)
+            if allowed.any():
+                return int(some[allowed.argmax()])
+        return None
+
+    def _help(self, observation, now, blocked):
         """Return a command (2,) for a policy that gets nowhere, or None."""
-        offered = self._thaw.offer(observation, self._base, now)
+        offered = self._thaw.offer(observation, self._base, now, blocked)
         if offered is None:
             return None
         safe = self._stoppable(observation, offered, self.time_step, now)
@@ -117,8 +126,8 @@ class Driver:
     def follow(self, plan, observation, now, period):
         """Return the next command (2,) towards that of a Plan, None where it cannot stop."""
         command = self._ramp.towards(plan.command, now, period)
-        if not all(self._stoppable(observation, command[None], number * period, now)[0]
-                   for number in HELD_PERIODS):
+        held = np.broadcast_to(command, (len(HELD_PERIODS), 2))
+        if not self._stoppable(observation, held, HELD_PERIODS * period, now).all():
             return None
         return self._ramp.give(command, now)
 

@@ -38,6 +38,7 @@ GOAL_DRIFT = 0.2       # m that a goal may move in the map before its route is p
 PATH_END = 0.5         # m between the end of a path and the goal that it leads to
 OUTSIDE = 50.0         # m beyond all walls that a route is still sought
 SNAP = np.stack(np.meshgrid(*2 * [np.linspace(-0.4, 0.4, 9)]), axis=-1).reshape(-1, 2)
+SNAP = SNAP[np.argsort(np.hypot(*SNAP.T), kind='stable')]
 
 
 class Guide:
@@ -233,7 +234,9 @@ def _unusable(position, frame, place):
 def _snap(route, position):
     """Return the place nearest to `position` (2,) that `route` leads on from."""
     # A robot may stand nearer to a wall than a route would lead it.
-    near = position + SNAP[np.argsort(np.hypot(*SNAP.T), kind='stable')]
+    if np.isfinite(route.to_go(position)):
+        return position
+    near = position + SNAP
     known = np.isfinite(route.to_go(near))
     return near[known.argmax()] if known.any() else position
 

@@ -202,7 +202,8 @@ class Navigator:
             stop = self.plan.stop
         if stop is None:
             period = self.loop.period
-            near = self.scene.observe_near(self._robot(now), now, self._driver.reach(period),
+            robot = self._robot(self._pose(now), self.plan.goal)
+            near = self.scene.observe_near(robot, now, self._driver.reach(period),
                                            self.settings.base.clearance)
             command = self._driver.follow(self.plan, near, now, period)
             if command is not None:
@@ -287,12 +288,15 @@ class Navigator:
 
     def observe(self, now):
         """Return the Observation at `now`, all of it carried forward to that moment."""
-        return self.scene.observe(self._robot(now), now)
+        pose = self._pose(now)
+        goal, beyond = self.guide.sub_goal(self.localisation, self._room, pose[:2])
+        return self.scene.observe(self._robot(pose, goal, beyond), now)
 
-    def _robot(self, now):
-        place = self.localisation
-        pose = drive_unicycle(place.newest(), *place.velocity,
+    def _pose(self, now):
+        """Return where the robot (3,) is at `now` if it goes on as it did."""
+        return drive_unicycle(self.localisation.newest(), *self.localisation.velocity,
                               worth_predicting(now - self.feeds['odometry'].stamp))
-        goal, beyond = self.guide.sub_goal(place, self._room, pose[:2])
-        return Robot(pose, place.velocity, goal, np.float64(self.settings.radius),
+
+    def _robot(self, pose, goal, beyond=0.0):
+        return Robot(pose, self.localisation.velocity, goal, np.float64(self.settings.radius),
                      np.float64(self._driver.speed), np.float64(beyond))

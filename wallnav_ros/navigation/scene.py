@@ -46,6 +46,7 @@ class Scene:
         self._place, self._tracks, self._trails = place, None, Trails(time_step)
         self._standing = Standing()
         self._points, self._laser = np.empty((0, 2)), np.zeros(3)
+        self._assigned = (), None
 
     @property
     def tracks(self):
@@ -116,13 +117,22 @@ class Scene:
 
     def _seen(self, now):
         """Return the Agents at `now` and the points (K, 2) that belong to none of them."""
-        in_state = self._place.odom_in_state
-        tracks = moved(self.tracks, in_state)
-        seen, points = assign_points(
-            to_parent(in_state, self._points), tracks.agents(), self.walls,
-            to_parent(in_state, self._laser[:2]))
-        ahead = worth_predicting(now - tracks.stamp)
+        # A decision and the command that follows from it look at the same.
+        given = self._points, self._tracks, self._place.map_from_odom, self.walls
+        before, assigned = self._assigned
+        if len(before) != len(given) or any(a is not b for a, b in zip(before, given)):
+            assigned = self._assign()
+            self._assigned = given, assigned
+        seen, points = assigned
+        ahead = worth_predicting(now - self._tracks.stamp)
         return Agents.of(seen.position + ahead * seen.velocity, seen.velocity, seen.radius), points
+
+    def _assign(self):
+        """Return the Agents at the stamp of their tracks, and the points that belong to none."""
+        in_state = self._place.odom_in_state
+        return assign_points(
+            to_parent(in_state, self._points), moved(self._tracks, in_state).agents(), self.walls,
+            to_parent(in_state, self._laser[:2]))
 
 
 def _within(reach, points, centre):

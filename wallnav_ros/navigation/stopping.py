@@ -29,6 +29,7 @@ def stoppable(observation, commands, hold, limits, in_effect=None):
     Return which of `commands` (..., A, 2) the robot may be given for `hold` s: (..., A) bool.
 
     observation: an Observation, its parts with the leading axes (...) and one common field.
+    hold: s, or (A,) s of each command.
     in_effect: (..., K, 2), the commands that the base follows until a new one takes effect, one
     for each STEP of `limits.latency`; None: it keeps its velocity as long.
 
@@ -67,9 +68,9 @@ def stopping_distance(speed, hold, limits):
 
 
 def steps_of(duration):
-    """Return how many whole STEPs it takes to cover `duration` s."""
+    """Return how many whole STEPs (...) it takes to cover `duration` (...) s."""
     # Seconds since 1970 are known to a quarter of a microsecond only.
-    return int(np.ceil(duration / STEP - 1e-3))
+    return np.ceil(np.asarray(duration) / STEP - 1e-3).astype(int)
 
 
 def _stopping_paths(robot, commands, hold, limits, in_effect):
@@ -84,16 +85,15 @@ def _stopping_paths(robot, commands, hold, limits, in_effect):
         before.append(_approach(before[-1], wanted, limits.rates * STEP))
     late = np.concatenate(before, axis=-2)
     late = np.broadcast_to(late, (*commands.shape[:-1], *late.shape[-2:]))
-    held = _approach(late[..., -1:, :], commands[..., None, :], _changes(limits, steps_of(hold)))
-    brakes = np.abs(held[..., -1, :]) / limits.rates
-    stops = _approach(held[..., -1:, :], 0.0, _changes(limits, steps_of(brakes.max())))
-    velocity = np.concatenate((late, held, stops), axis=-2)
+    change, wanted, before = limits.rates * STEP, commands[..., None, :], late[..., -1:, :]
+    steps = np.broadcast_to(steps_of(hold), commands.shape[-2:-1])[:, None]
+    last = _approach(before, wanted, change * steps[..., None])
+    number = np.arange(1, 1 + steps.max() + steps_of((np.abs(last) / limits.rates).max()))
+    held = _approach(before, wanted, change * number[:, None])
+    braking = np.maximum(number - steps, 0)[..., None]
+    velocity = np.where(braking == 0, held, _approach(last, 0.0, change * braking))
+    velocity = np.concatenate((late, velocity), axis=-2)
     return _integrate(robot.pose, velocity), _either(np.abs(velocity[..., 0]) > MOVING)
-
-
-def _changes(limits, count):
-    """Return by how much the base can change its velocity within 1 to `count` steps (S, 2)."""
-    return limits.rates * STEP * np.arange(1, count + 1)[:, None]
 
 
 def _approach(velocity, wanted, change):

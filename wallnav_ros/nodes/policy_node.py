@@ -42,8 +42,10 @@ from wallnav_ros.nodes.policy_display import Display
 from wallnav_ros.nodes.policy_parameters import (
     declare_options, follow_changes, make_navigator)
 from wallnav_ros.nodes.runner import run
-from wallnav_ros.nodes.topics import advertise, LATCHED, RELIABLE, SENSOR, subscribe, unheard_kind
+from wallnav_ros.nodes.topics import (
+    advertise, LATCHED, NEWEST_SCAN, NEWEST_TRACKS, RELIABLE, SENSOR, subscribe, unheard_kind)
 from wallnav_ros.nodes.transforms import find_frames
+from wallnav_ros.world.files import errors_of
 
 FAREWELL = Duration(seconds=0.5)      # longest wait for the last command to be acknowledged
 
@@ -61,7 +63,9 @@ class PolicyNode(Node):
         self._faults, self._unheard = {}, None
         self._advertise()
         if self.options.map:
-            self._use_map(load_map(self.options.map))
+            occupancy_map = load_map(self.options.map)
+            with errors_of(self.options.map):
+                self._use_map(occupancy_map)
         self._frames = find_frames(self)
         self._subscribe()
         follow_changes(self, self.navigator)
@@ -86,13 +90,14 @@ class PolicyNode(Node):
         self._display = Display(self, self.navigator, self._faults)
 
     def _subscribe(self):
-        self._open(subscribe, LaserScan, 'scan', self._take_scan, SENSOR)
+        # In this order they are served: odometry first, which tells where a scan was taken.
         self._open(subscribe, Odometry, 'odom', self._take_odometry, SENSOR)
+        self._open(subscribe, LaserScan, 'scan', self._take_scan, NEWEST_SCAN)
         self._open(subscribe, PoseWithCovarianceStamped, 'amcl_pose', self._take_fix, LATCHED)
         self._open(subscribe, PoseStamped, 'goal_pose', self._take_goal, RELIABLE)
         self._open(subscribe, Path, 'plan', self._take_path, RELIABLE)
         if self.navigator.settings.tracks_given:
-            self._open(subscribe, PointCloud2, 'tracks', self._take_tracks, RELIABLE)
+            self._open(subscribe, PointCloud2, 'tracks', self._take_tracks, NEWEST_TRACKS)
         if not self.options.map:
             self._open(subscribe, OccupancyGrid, 'map', self._take_map, LATCHED)
 

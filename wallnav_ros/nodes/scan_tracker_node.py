@@ -39,10 +39,11 @@ from wallnav_ros.nodes.health import declare_diagnostics_period, Latencies
 from wallnav_ros.nodes.markers import track_markers
 from wallnav_ros.nodes.parameters import declare, declare_pose, declare_settings
 from wallnav_ros.nodes.runner import run
-from wallnav_ros.nodes.topics import advertise, LATCHED, RELIABLE, SENSOR, subscribe
+from wallnav_ros.nodes.topics import advertise, LATCHED, NEWEST_SCAN, RELIABLE, SENSOR, subscribe
 from wallnav_ros.nodes.transforms import find_frames
 from wallnav_ros.perception.settings import TrackerSettings
 from wallnav_ros.perception.tracking import Tracker
+from wallnav_ros.world.files import errors_of
 from wallnav_ros.world.geometry import compose
 from wallnav_ros.world.tracks import HUMAN
 
@@ -67,7 +68,9 @@ class ScanTrackerNode(Node):
         self._scans, self._odometry, self._latency = 0, 0, Latencies()
         map_file = declare(self, 'map', '', 'YAML file of the map; empty: take it from topic map')
         if map_file:
-            self._use_map(load_map(map_file))
+            occupancy_map = load_map(map_file)
+            with errors_of(map_file):
+                self._use_map(occupancy_map)
         self._frames = find_frames(self)
         self._tracks_publisher = advertise(self, PointCloud2, 'tracks', RELIABLE)
         self._marker_publisher = advertise(self, MarkerArray, 'markers', RELIABLE)
@@ -76,10 +79,11 @@ class ScanTrackerNode(Node):
         self.create_timer(period, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _subscribe(self, has_map):
+        # In this order they are served: odometry first, which tells where a scan was taken.
+        subscribe(self, Odometry, 'odom', self._take_odometry, SENSOR)
         for topic in self._mounts:
             subscribe(self, LaserScan, topic,
-                      lambda message, topic=topic: self._take_scan(topic, message), SENSOR)
-        subscribe(self, Odometry, 'odom', self._take_odometry, SENSOR)
+                      lambda message, topic=topic: self._take_scan(topic, message), NEWEST_SCAN)
         subscribe(self, PoseWithCovarianceStamped, 'amcl_pose', self._take_fix, LATCHED)
         if not has_map:
             subscribe(self, OccupancyGrid, 'map', self._take_map, LATCHED)

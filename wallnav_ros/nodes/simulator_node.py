@@ -17,6 +17,7 @@ The node that stands in for robot and people: one episode of a scenario, seen by
 Paper section 1 (world); the topics are those of a robot with AMCL (docs/nodes.md).
 """
 
+from array import array
 from dataclasses import dataclass
 import json
 import sys
@@ -41,16 +42,14 @@ from wallnav_ros.nodes.transforms import find_broadcaster, transform_message
 from wallnav_ros.simulation.batch import RUNNING
 from wallnav_ros.simulation.episodes import draw_episode
 from wallnav_ros.simulation.lidar import Lidar
-from wallnav_ros.simulation.live_world import Base, LiveWorld
+from wallnav_ros.simulation.live_world import Base, LiveWorld, Schedule, TICK
 from wallnav_ros.simulation.scenarios import load_scenario
 from wallnav_ros.world.geometry import compose, invert
 from wallnav_ros.world.tracks import HUMAN, OBSTACLE, Tracks
 
-TICK = 0.0125              # s of simulated time; a whole number of them makes a crowd step
 SHORTEST_PERIOD = 0.005    # s of wall time between timer calls
 LONGEST_LAG = 0.2          # s of wall time that are caught up with; beyond, time is lost
 START = 1.0                # s that /clock begins at: zero means "no clock yet" to ROS
-FIX_DISTANCE, FIX_TURN = 0.1, 0.1    # m and rad between two poses of the localisation
 CLOCK_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 
@@ -80,8 +79,7 @@ class SimulatorNode(Node):
         self._held = self.options.wait_for_goal
         self._simulated = 0.0
         self._command, self._commanded = np.zeros(2), -np.inf
-        self._due = {'scan': 0.0, 'odom': 0.0}
-        self._fixed_at, self._odom_in_map = None, self.world.pose
+        self._schedule, self._odom_in_map = Schedule(), self.world.pose
         self._sent, self._latency = {}, Latencies()
         self._advertise()
         self._subscribe()
@@ -124,7 +122,11 @@ class SimulatorNode(Node):
         if convert.frame_name(message.header.frame_id) != 'map':
             self.get_logger().warning('goal_pose: only goals in frame map are judged')
             return
-        self.world.goal = np.array([message.pose.position.x, message.pose.position.y])
+        goal = np.array([message.pose.position.x, message.pose.position.y])
+        if not np.isfinite(goal).all():
+            self.get_logger().warning('goal_pose: a coordinate is not finite')
+            return
+        self.world.goal = goal
         if self._held:
             self._held = False
             self._report()
@@ -152,21 +154,15 @@ class SimulatorNode(Node):
                 self._report()
         if self._clock_publisher is not None:
             self._clock_publisher.publish(ClockMessage(clock=stamp))
-        if self._is_due('odom', self.options.odom_rate):
+        if self._schedule.is_due('odom', self.options.odom_rate, self._simulated):
             self._odom_publisher.publish(self._odometry(stamp))
             if self._broadcast is not None:
                 self._broadcast([
                     transform_message(stamp, 'map', 'odom', self._odom_in_map),
                     transform_message(stamp, 'odom', 'base_link', self.world.odometry),
                     transform_message(stamp, 'base_link', 'laser', self.laser_pose)])
-        if self._is_due('scan', self.options.scan_rate):
+        if self._schedule.is_due('scan', self.options.scan_rate, self._simulated):
             self._publish_scan(stamp)
-
-    def _is_due(self, name, rate):
-        if self._simulated < self._due[name] - 1e-9:
-            return False
-        self._due[name] += 1.0 / rate
-        return True
 
     def _publish_scan(self, stamp):
         agents = self.world.agents()
@@ -175,26 +171,23 @@ class SimulatorNode(Node):
         scan.angle_max = scan.angle_min + (self.lidar.beams - 1) * scan.angle_increment
         scan.range_min, scan.range_max = self.lidar.range_min, self.lidar.range_max
         scan.scan_time = 1.0 / self.options.scan_rate
-        scan.ranges = self.lidar.scan(
+        scan.ranges = array('f', self.lidar.scan(
             compose(self.world.pose, self.laser_pose), self.world.episode.scenario.walls, agents,
-            self._rng).tolist()
+            self._rng).tobytes())
         self._publish_fix(stamp)
         if len(self._sent) > 100:
             self._sent.pop(next(iter(self._sent)))
         self._sent[_nanoseconds(stamp)] = monotonic()
         self._scan_publisher.publish(scan)
-        self._truth_publisher.publish(self._truth(agents, stamp))
+        if self._truth_publisher.get_subscription_count():
+            self._truth_publisher.publish(self._truth(agents, stamp))
 
     def _publish_fix(self, stamp):
         """Publish the pose in the map when the robot has moved as far as AMCL waits for."""
-        pose = self.world.pose
-        if self._fixed_at is not None:
-            turn = np.abs((pose[2] - self._fixed_at[2] + np.pi) % (2.0 * np.pi) - np.pi)
-            if np.hypot(*(pose - self._fixed_at)[:2]) < FIX_DISTANCE and turn < FIX_TURN:
-                return
-        self._fixed_at = pose.copy()
+        fix = self.world.next_fix()
+        if fix is None:
+            return
         message = PoseWithCovarianceStamped(header=Header(stamp=stamp, frame_id='map'))
-        fix = self.world.fix()
         self._odom_in_map = compose(fix, invert(self.world.odometry))
         message.pose.pose = convert.pose_message(fix)
         base = self.world.base

@@ -22,6 +22,9 @@ from rclpy.qos import (
     DurabilityPolicy, qos_policy_name_from_kind, QoSProfile, ReliabilityPolicy)
 
 SENSOR = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
+# What is worth nothing once there is a newer one: none waits behind others for a busy machine.
+NEWEST_SCAN = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+NEWEST_TRACKS = QoSProfile(depth=1)
 RELIABLE = QoSProfile(depth=10)
 # One value that counts until the next: the last one is kept for subscribers that come late.
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -37,7 +40,8 @@ def subscribe(node, message_type, topic, callback, qos, faults=None):
         _note_mismatch(node, topic, 'publisher', event, faults)
     return node.create_subscription(
         message_type, topic, callback, qos,
-        event_callbacks=SubscriptionEventCallbacks(incompatible_qos=warn))
+        event_callbacks=SubscriptionEventCallbacks(
+            incompatible_qos=warn, use_default_callbacks=False))
 
 
 def advertise(node, message_type, topic, qos, faults=None):
@@ -45,7 +49,8 @@ def advertise(node, message_type, topic, qos, faults=None):
     def warn(event):
         _note_mismatch(node, topic, 'subscriber', event, faults)
     return node.create_publisher(
-        message_type, topic, qos, event_callbacks=PublisherEventCallbacks(incompatible_qos=warn))
+        message_type, topic, qos, event_callbacks=PublisherEventCallbacks(
+            incompatible_qos=warn, use_default_callbacks=False))
 
 
 def _note_mismatch(node, topic, peer, event, faults):

@@ -30,6 +30,8 @@ from wallnav_ros.world.state import Agents
 
 CROWD_STEP = 0.25          # s, the time step that policies are trained and evaluated with
 FIX_MEMORY = 0.9           # how much of a localisation's error is still there at its next fix
+FIX_DISTANCE, FIX_TURN = 0.1, 0.1    # m and rad between two poses of the localisation
+TICK = 0.0125              # s to advance by at a time; a whole number of them makes a crowd step
 
 
 @dataclass(frozen=True)
@@ -49,6 +51,21 @@ class Base:
     drift: float = 0.0
     fix_noise: float = 0.0
     fix_turn_noise: float = 0.0
+
+
+class Schedule:
+    """Tells when things that happen at rates of their own are due."""
+
+    def __init__(self):
+        self._next = {}
+
+    def is_due(self, name, rate, now):
+        """Return whether `name`, `rate` times a second from 0 s on, is due at `now` (s)."""
+        due = self._next.setdefault(name, 0.0)
+        if now < due - 1e-9:
+            return False
+        self._next[name] = due + 1.0 / rate
+        return True
 
 
 class LiveWorld:
@@ -71,7 +88,7 @@ class LiveWorld:
         self.history = []
         self._rng = rng
         self._errors = rng.normal(0.0, base.drift, 3)
-        self._fix_error = rng.normal(size=3)
+        self._fix_error, self._fixed_at = rng.normal(size=3), None
         self._crowd = Crowd(episode, CROWD_STEP)
         self._elapsed, self._steps = 0.0, 0
         self._before = self._after = self._crowd.agents()
@@ -92,6 +109,15 @@ class LiveWorld:
         base = self.base
         pose = self.pose + self._fix_error * (base.fix_noise, base.fix_noise, base.fix_turn_noise)
         return np.array([pose[0], pose[1], float(wrap_angle(pose[2]))])
+
+    def next_fix(self):
+        """Return the next fix (3,), None until the robot has moved as far as AMCL waits for."""
+        if self._fixed_at is not None:
+            moved = self.pose - self._fixed_at
+            if np.hypot(*moved[:2]) < FIX_DISTANCE and np.abs(wrap_angle(moved[2])) < FIX_TURN:
+                return None
+        self._fixed_at = self.pose.copy()
+        return self.fix()
 
     def advance(self, command, duration):
         """Drive by `command` (2,), m/s and rad/s, for `duration` seconds (<= CROWD_STEP)."""

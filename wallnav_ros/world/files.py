@@ -62,6 +62,15 @@ def find_asset(kind, name, suffix):
 
 
 @contextmanager
+def errors_of(path):
+    """Let a ValueError of the block begin with `path`, which what is wrong was read from."""
+    try:
+        yield
+    except ValueError as error:
+        raise ValueError(f'{path}: {error}') from None
+
+
+@contextmanager
 def atomic_write(path, mode='w', **options):
     """
     Open a temporary file beside `path` that replaces it only when the block ends well.

@@ -49,7 +49,11 @@ def rotate(vectors, yaw):
     vectors = np.asarray(vectors, dtype=float)
     cos, sin = np.cos(yaw), np.sin(yaw)
     x, y = vectors[..., 0], vectors[..., 1]
-    return _joined(cos * x - sin * y, sin * x + cos * y)
+    first = cos * x - sin * y
+    turned = np.empty((*first.shape, 2))
+    turned[..., 0] = first
+    turned[..., 1] = sin * x + cos * y
+    return turned
 
 
 def _joined(first, *others):
