@@ -17,7 +17,8 @@ import numpy as np
 import pytest
 from track_tables import make_table
 
-from wallnav_ros.perception.classification import find_gait, settle_labels, weigh_motion
+from wallnav_ros.perception.classification import (
+    find_gait, settle_labels, weigh_gait, weigh_motion)
 from wallnav_ros.perception.settings import TrackerSettings
 from wallnav_ros.perception.track_table import TRAIL
 
@@ -91,6 +92,13 @@ def test_a_third_leg_beside_makes_it_furniture():
     trail[0, 1:, 0] -= 0.4
     gait = find_gait(make_table(position, trail=trail, **LEG), SETTINGS)
     assert not np.any(gait)
+
+
+def test_a_leg_that_has_stood_for_long_does_not_swing_unless_nothing_is_known_to_stand():
+    swings, still = np.array([True, True, False]), np.array([0.2, 0.9, 0.2])
+    rate = SETTINGS.gait_rate
+    assert weigh_gait(swings, still, True, SETTINGS).tolist() == [rate, 0.0, 0.0]
+    assert (weigh_gait(swings, still, False, SETTINGS) > rate).tolist() == [True, True, False]
 
 
 def test_nobody_has_no_gait():

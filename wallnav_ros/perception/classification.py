@@ -91,6 +91,19 @@ def find_gait(table, settings):
     return walking
 
 
+def weigh_gait(walking, still, certain, settings):
+    """
+    Return the log-odds a second (K,) that legs which are `walking` (K,) bool are worth.
+
+    still: (K,) share of the beams on known surfaces. certain: whether the scan agreed with
+    earlier ones; if not, nothing stands around that could be told from them: no furniture either.
+    """
+    if not certain:
+        return settings.gait_rate * settings.open_gait * walking
+    # A leg that swings is not where something has stood for longer than a step takes.
+    return settings.gait_rate * (walking & (still < 0.5))
+
+
 def settle_labels(table, barred, settings):
     """
     Set the label `human` by `motion`, with hysteresis.

@@ -21,7 +21,8 @@ import numpy as np
 
 from wallnav_ros.perception.association import associate
 from wallnav_ros.perception.beam_order import BeamOrder
-from wallnav_ros.perception.classification import find_gait, settle_labels, weigh_motion
+from wallnav_ros.perception.classification import (
+    find_gait, settle_labels, weigh_gait, weigh_motion)
 from wallnav_ros.perception.detection import detect, judge_points, place_beams
 from wallnav_ros.perception.ego_motion import EgoMotion
 from wallnav_ros.perception.mapped_walls import lie_on_walls
@@ -203,10 +204,8 @@ class Tracker:
         table.apart[rows] += share * (apart - table.apart[rows])
         table.hits[rows] += share * (1.0 - table.hits[rows])
         vacated = look_up([view], scan, table.trail[rows, 6], 0.15, 0.2, 0.0)[0][0]
-        gait = settings.gait_rate * find_gait(table, settings)[rows]
-        if not self._motion.certain:
-            # Nothing stands around that could be told from the last scan: no furniture either.
-            gait = gait * settings.open_gait
+        gait = weigh_gait(find_gait(table, settings)[rows], shares[0], self._motion.certain,
+                          settings)
         moved_rate, leap_share = self._trust(mapped)
         weigh_motion(table, rows, *shares, moved_rate * apart, vacated, gait, elapsed, settings,
                      leap_share)
