@@ -49,6 +49,9 @@ def parse(arguments):
                         help='of the first episode of each cell')
     parser.add_argument('--horizons', type=_steps, nargs='+', metavar='STEPS',
                         help="decision rule (default: the model's own; 1 is the paper's)")
+    parser.add_argument('--turns', type=_steps, nargs='+', metavar='STEPS',
+                        help='decision rule: for how long a way may turn before it keeps its '
+                             "heading (default: the model's own; 1 is the paper's)")
     parser.add_argument('--caution', type=_seconds, metavar='S',
                         help="decision rule (default: the model's own; 0 is the paper's)")
     parser.add_argument('--constant-velocity', action='store_true',
@@ -117,7 +120,7 @@ def _campaigns(options, model):
     seeds = range(options.seed, options.seed + options.episodes)
     own = Campaign(model, '', '', seeds, options.horizons and tuple(options.horizons),
                    options.caution, True if options.robot_visible else None, options.figures,
-                   options.constant_velocity)
+                   options.constant_velocity, options.turns and tuple(options.turns))
     return [replace(own, scenario=name, case=case) for name in options.scenario
             for case in _cases(name, options.case)]
 

@@ -45,6 +45,7 @@ class Campaign:
 
     model: weight file, its short name, or `orca`. scenario: file or short name.
     case: one of its cases. seeds: range. horizons, caution: None for the model's own rule.
+    turns: of the decision rule, None for the model's own.
     constant_velocity: people are foreseen to keep theirs, whatever the model has learned.
     visible: whether people see the robot; None for what the scenario says. watched: how many
     of the first results say where the people were.
@@ -59,6 +60,7 @@ class Campaign:
     visible: bool = None
     watched: int = 0
     constant_velocity: bool = False
+    turns: tuple = None
 
     def episodes(self, seeds):
         """Return the drawn episodes of `seeds`."""
@@ -68,7 +70,7 @@ class Campaign:
         return [draw_episode(scenario, self.case, seed) for seed in seeds]
 
 
-def load_policy(model, horizons=None, caution=None, constant_velocity=False):
+def load_policy(model, horizons=None, caution=None, constant_velocity=False, turns=None):
     """
     Return the policy called `model`.
 
@@ -80,7 +82,7 @@ def load_policy(model, horizons=None, caution=None, constant_velocity=False):
     if is_baseline(path):
         return load_baseline(path, horizons, caution)
     return GreedyPolicy(Lookahead.from_weights(
-        load_value_function(path), horizons, caution, constant_velocity))
+        load_value_function(path), horizons, caution, constant_velocity, turns))
 
 
 def run_campaigns(campaigns, workers=1, progress=True):
@@ -119,6 +121,6 @@ def _run_batches(jobs, workers):
 def _run_batch(job):
     campaign, seeds = job
     policy = load_policy(campaign.model, campaign.horizons, campaign.caution,
-                         campaign.constant_velocity)
+                         campaign.constant_velocity, campaign.turns)
     watched = max(0, campaign.watched - (seeds.start - campaign.seeds.start))
     return run_episodes(campaign.episodes(seeds), policy, watched=watched)

@@ -29,7 +29,7 @@ from wallnav_ros.world.geometry import lengths
 from wallnav_ros.world.state import Agents, Robot
 
 MOST_AGENTS = 16          # the nearest so many are looked at: as many as training knows
-CONTENDERS = 24           # actions that are looked at over every horizon, not over one alone
+CONTENDERS = 16           # actions that are looked at over every horizon, not over one alone
 WAITING = 5.0             # m, within which a robot may wait for somebody who walks
 
 

@@ -27,6 +27,7 @@ from wallnav_ros.simulation.scenario import Scenario, ScenarioError
 from wallnav_ros.world.state import Robot
 
 CLEARANCE = 0.05       # m, kept free between a new agent and walls or other agents
+REACTION = 0.5         # s, in which nobody who walks can reach the robot's start: two time steps
 GOAL_CLEARANCE = 0.2   # m, kept free around the robot's goal, or nobody could reach it
 PASSAGE = 0.1          # m, room to each side of the robot on the way that standing agents leave
 MIN_WALK = 4.0         # m, a walking agent's goal is this far, or the farthest that was found
@@ -117,7 +118,7 @@ class _Draw:
         for _ in range(ATTEMPTS):
             region = self._region() if walks else None
             start = self._sample(region)
-            if not self._start_is_clear(start, radius, walks):
+            if not self._start_is_clear(start, radius, speed):
                 continue
             goal = self._goal(start, radius, region, returns) if walks else start
             if goal is None or not (returns or self.passage.admits(goal, radius)):
@@ -155,11 +156,14 @@ class _Draw:
         gap = np.linalg.norm(point - self.robot.goal) - radius - self.robot.radius
         return gap >= GOAL_CLEARANCE
 
-    def _start_is_clear(self, point, radius, walks):
+    def _start_is_clear(self, point, radius, speed):
         gap = np.linalg.norm(point - self.robot.position) - radius - self.robot.radius
-        if gap < CLEARANCE or not self._clear_of_walls(point[None], radius + CLEARANCE):
+        # At first all stand: nobody knows who will walk, nor where, before a step is done.
+        if gap < max(CLEARANCE, REACTION * speed):
             return False
-        if not walks and not self._clear_of_robot_goal(point, radius):
+        if not self._clear_of_walls(point[None], radius + CLEARANCE):
+            return False
+        if not speed and not self._clear_of_robot_goal(point, radius):
             return False
         return all(np.linalg.norm(point - start) >= radius + other + CLEARANCE
                    for start, _, other, _, _ in self.rows)
