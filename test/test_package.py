@@ -155,14 +155,21 @@ def test_a_tool_refuses_an_unknown_option_with_status_2(tool, run_as_module, cap
     assert capsys.readouterr().err.startswith(f'usage: {tool} ')
 
 
+def anchors(page):
+    """Return the names that the headings of a page go by in links."""
+    headings = re.findall(r'^#+ (.*)$', page.read_text(), re.MULTILINE)
+    return {re.sub(r'[^\w\- ]', '', heading.lower()).replace(' ', '-') for heading in headings}
+
+
 def test_every_link_between_the_pages_leads_somewhere(repository):
     pages = [repository / 'README.md', repository / 'CONTRIBUTING.md',
              *repository.glob('docs/*.md')]
-    links = [(page, link) for page in pages
-             for link in re.findall(r'\]\(([^)#\s]+)[^)]*\)', page.read_text())
-             if not link.startswith(('http://', 'https://'))]
+    links = [(page, page.parent / file if file else page, anchor) for page in pages
+             for file, anchor in re.findall(r'\]\(([^)#\s]*)#?([^)\s]*)\)', page.read_text())
+             if not file.startswith(('http://', 'https://'))]
 
-    broken = [f'{page.name}: {link}' for page, link in links if not (page.parent / link).exists()]
+    broken = [f'{page.name}: {target.name}#{anchor}' for page, target, anchor in links
+              if not target.exists() or (anchor and anchor not in anchors(target))]
 
-    assert links
+    assert any(anchor for *_, anchor in links)
     assert broken == []
