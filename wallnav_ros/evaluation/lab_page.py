@@ -34,9 +34,9 @@ ros2 run wallnav_ros lab_tests --runs {runs} --speed {speed:g} --out out/labs --
 
 ({speed:g} simulated seconds a second), which drives every test {runs} times, each from a seed of
 its own, with a perfect pose in the map and again with one that is off by {noise} (standard
-deviations, slowly changing); every figure is measured, none is edited. The pose comes as from AMCL,
-once in 0.1 m or 0.1 rad; odometry drifts by {drift:g} % of the way and of turns, and by {drift:g}
-rad in a hundred metres (standard deviations).
+deviations, slowly changing); every figure is measured, none is edited. The pose comes as from
+AMCL, once in 0.1 m or 0.1 rad; odometry drifts by {drift:g} % of the way and of turns, and by
+{drift:g} rad in a hundred metres (standard deviations).
 
 | scenario | what it holds | way |
 |---|---|---|
