@@ -76,9 +76,9 @@ class Route:
         cells = self._way(position)
         way = self._centre(cells)
         seen = self._sees(position, way)
-        # The last in sight; a robot that has got too close to a wall follows the way itself.
+        # The last in sight; where that is its own cell, or none, the robot follows the way itself.
         last = way.shape[1] - 1 - seen[:, ::-1].argmax(axis=1)
-        last = np.where(seen.any(axis=1), last, 1)
+        last = np.where(seen.any(axis=1), np.maximum(last, 1), 1)
         rows, direct = np.arange(len(position)), (free | lost)
         beyond = np.where(direct, 0.0, self.length.ravel()[cells[rows, last]])
         return np.where(direct[:, None], goal, way[rows, last]), beyond
