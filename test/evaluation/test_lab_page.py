@@ -55,3 +55,9 @@ def test_every_row_has_its_picture(text):
     assert '![lab_1, perfect pose](a.png)' in text
     assert '![lab_2, pose off by 5 cm and 2 degrees](b.png)' in text
     assert 'every test 2 to 3 times' in text
+
+
+def test_the_conditions_of_the_runs_are_told(text):
+    assert '2 % of the way' in text and '--speed 1 ' in text and 'chrt' not in text
+    told = page([Series('lab_1', (0.0, 0.0), [run()], 'a.png')], 3.0, real_time=True)
+    assert '--runs 1 --speed 3 ' in told and 'chrt --rr' in told

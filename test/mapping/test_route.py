@@ -56,6 +56,21 @@ def test_a_goal_behind_a_wall_is_reached_through_the_door(around):
     assert shortest < length < 1.1 * shortest
 
 
+def test_every_sub_goal_is_nearer_to_the_goal_than_where_it_is_given(rng):
+    # Among short walls in disorder; where cells in sight ended at one's own, a path had no end.
+    for _ in range(8):
+        start, turn = rng.uniform(0.0, 6.0, (25, 2)), rng.uniform(0.0, 2.0 * np.pi, 25)
+        ends = start + 0.5 * np.stack((np.cos(turn), np.sin(turn)), axis=1)
+        field = distance_field(Walls(np.stack((start, ends), axis=1)))
+        away = field.at(places := rng.uniform(0.0, 6.0, (200, 2))) > RADIUS + 0.1
+        route = plan_route(field, places[away][0], RADIUS)
+        to_go = route.to_go(places)
+        _, beyond = route.guide(places)
+        known = np.isfinite(to_go)
+        assert known.sum() > 50
+        assert (beyond[known] < np.maximum(to_go[known], 1e-6)).all()
+
+
 def test_the_path_keeps_the_robot_clear_of_walls_and_ends_at_the_goal(around):
     path = around.path(START)
 

@@ -21,7 +21,7 @@ import pytest
 from wallnav_ros.mapping.distance_field import distance_field
 from wallnav_ros.navigation.base import BaseLimits
 from wallnav_ros.navigation.stopping import stoppable
-from wallnav_ros.navigation.thawing import AFTER, BLOCKED, DETOUR, HELPED, Thaw
+from wallnav_ros.navigation.thawing import AFTER, DETOUR, HELPED, Thaw
 from wallnav_ros.world.distance_field import DistanceField
 from wallnav_ros.world.geometry import drive_unicycle
 from wallnav_ros.world.state import Agents, Observation, Robot
@@ -43,14 +43,6 @@ def offer_after(seconds, observation=None, limits=BaseLimits()):
 def test_a_policy_is_given_time():
     assert offer_after(0.9 * AFTER) is None
     assert offer_after(1.1 * AFTER) is not None
-
-
-def test_a_policy_without_an_action_left_is_given_less():
-    for seconds, helped in ((0.9 * BLOCKED, False), (1.1 * BLOCKED, True)):
-        thaw = Thaw()
-        thaw.offer(seen(), BaseLimits(), 100.0)
-        offered = thaw.offer(seen(), BaseLimits(), 100.0 + seconds, blocked=True)
-        assert (offered is not None) == helped
 
 
 def test_a_policy_that_gets_on_is_left_alone_however_slowly():

@@ -32,11 +32,11 @@ wide (radius 0.24 m, 0.8 m/s). This page is written by
 ros2 run wallnav_ros lab_tests --runs {runs} --speed {speed:g} --out out/labs --page docs/lab.md
 ```
 
-({speed:g} simulated seconds a second), which drives every test {runs} times, each from a seed of
-its own, with a perfect pose in the map and again with one that is off by {noise} (standard
-deviations, slowly changing); every figure is measured, none is edited. The pose comes as from AMCL,
-once in 0.1 m or 0.1 rad; odometry drifts by {drift:g} % of the way and of turns, and by {drift:g}
-rad in a hundred metres (standard deviations).
+which drives every test {runs} times, each from a seed of its own, with a perfect pose in the map
+and again with one that is off by {noise} (slowly changing); every figure is
+measured, none is edited. The pose comes as from AMCL, once in 0.1 m or 0.1 rad. Odometry drifts by
+{drift:g} % of the way and of turns, and by {drift:g} rad in a hundred metres. These are standard
+deviations.
 
 | scenario | what it holds | way |
 |---|---|---|
@@ -51,7 +51,7 @@ six chairs, a standing figure and five walkers | 12 m |
 {rows}
 
 Gaps are the least of all runs of the row, times those of runs that reached the goal. The latency
-is the median of the runs' medians, on a machine shared with other work.
+is the median of the runs' medians, on a machine shared with other work{priority}.
 
 ## How it gets through
 
@@ -89,12 +89,16 @@ class Series:
     picture: str
 
 
-def page(series, speed=1.0):
-    """Return the text of the page about a list of Series, simulated `speed` times real time."""
+def page(series, speed=1.0, real_time=False):
+    """
+    Return the text of the page about a list of Series, simulated `speed` times real time.
+
+    real_time: whether the nodes had real-time priority.
+    """
     noisy = next((one.noise for one in series if any(one.noise)), None)
     return PAGE.format(
         runs=_several({len(one.runs) for one in series}), drift=100.0 * DRIFT,
-        speed=speed,
+        speed=speed, priority=', which the nodes came before (`chrt --rr`)' if real_time else '',
         noise='nothing' if noisy is None else _noise(noisy),
         rows='\n'.join(map(_row, series)),
         pictures='\n\n'.join(f'![{_title(one)}]({one.picture})' for one in series))

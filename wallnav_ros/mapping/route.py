@@ -76,9 +76,9 @@ class Route:
         cells = self._way(position)
         way = self._centre(cells)
         seen = self._sees(position, way)
-        # The last in sight; a robot that has got too close to a wall follows the way itself.
+        # The last in sight; where that is its own cell, or none, the robot follows the way itself.
         last = way.shape[1] - 1 - seen[:, ::-1].argmax(axis=1)
-        last = np.where(seen.any(axis=1), last, 1)
+        last = np.where(seen.any(axis=1), np.maximum(last, 1), 1)
         rows, direct = np.arange(len(position)), (free | lost)
         beyond = np.where(direct, 0.0, self.length.ravel()[cells[rows, last]])
         return np.where(direct[:, None], goal, way[rows, last]), beyond
@@ -192,7 +192,7 @@ def _search(route, gap, goal_cell):
     """Return `route` with every cell's length and following cell, `gap` (H, W) m to spare."""
     free = gap > 0.0
     free.ravel()[goal_cell] = True
-    number = np.full(free.size, NOWHERE)
+    number = np.full(free.size, NOWHERE, dtype=np.int32)
     cells = np.flatnonzero(free)
     number[cells] = np.arange(len(cells))
     cost = 1.0 + NARROWNESS * np.clip(1.0 - gap.ravel() / COMFORT, 0.0, 1.0)
@@ -213,15 +213,15 @@ def _search(route, gap, goal_cell):
 def _neighbours(free):
     """Return the flat cells (E,), (E,) that a step between free cells joins, and its metres."""
     height, width = free.shape
-    index = np.arange(free.size).reshape(free.shape)
+    index = np.arange(free.size, dtype=np.int32).reshape(free.shape)
     tails, heads, strides = [], [], []
     for rows, columns in MOVES:
         left, right = max(0, -columns), width - max(0, columns)
-        here = index[:height - rows, left:right]
-        there = index[rows:, left + columns:right + columns]
-        both = free.ravel()[here] & free.ravel()[there]
-        tails.append(here[both])
-        heads.append(there[both])
+        here = np.s_[:height - rows, left:right]
+        there = np.s_[rows:, left + columns:right + columns]
+        both = free[here] & free[there]
+        tails.append(index[here][both])
+        heads.append(index[there][both])
         strides.append(np.full(len(heads[-1]), CELL * np.hypot(rows, columns)))
     return np.concatenate(tails), np.concatenate(heads), np.concatenate(strides)
 

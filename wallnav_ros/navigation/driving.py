@@ -79,7 +79,7 @@ class Driver:
             command = back
         else:
             stop = _why_blocked(observation)
-        helped = self._help(observation, now, stop is not None)
+        helped = self._help(observation, now)
         if helped is not None:
             command, stop, action = helped, None, None
         path = decision.path
@@ -97,9 +97,9 @@ class Driver:
                 return int(some[allowed.argmax()])
         return None
 
-    def _help(self, observation, now, blocked):
+    def _help(self, observation, now):
         """Return a command (2,) for a policy that gets nowhere, or None."""
-        offered = self._thaw.offer(observation, self._base, now, blocked)
+        offered = self._thaw.offer(observation, self._base, now)
         if offered is None:
             return None
         safe = self._stoppable(observation, offered, self.time_step, now)

@@ -24,7 +24,6 @@ from wallnav_ros.world.geometry import closest_approach, drive_unicycle
 
 PROGRESS = 0.3         # m of way that count as getting on
 AFTER = 4.0            # s without, before the policy is helped out
-BLOCKED = 1.0          # s without, where it has no action left: it has nothing to wait for
 HELPED = 1.5           # m of way, after which it is on its own again
 DETOUR = 3.0           # m more to go than ever: another goal, or another way to it
 FORESIGHT = 2.0        # s, within which somebody may cross the robot's way
@@ -47,12 +46,12 @@ class Thaw:
     def __init__(self):
         self._nearest, self._since, self._until = np.inf, None, None
 
-    def offer(self, observation, limits, now, blocked=False):
+    def offer(self, observation, limits, now):
         """
         Return commands (K, 2) to use in place of the policy's at `now` (s), best first, or None.
 
-        limits: BaseLimits. blocked: no action of the policy is left. The commands are still to be
-        checked for whether the robot can stop after them.
+        limits: BaseLimits. The commands are still to be checked for whether the robot can stop
+        after them.
         """
         robot = observation.robot
         left = float(robot.beyond + np.hypot(*(robot.goal - robot.position)))
@@ -61,7 +60,7 @@ class Thaw:
             self._nearest, self._since = left, now
         if anew or (self._until is not None and left <= self._until):
             self._until = None
-        if self._until is None and now - self._since > (BLOCKED if blocked else AFTER):
+        if self._until is None and now - self._since > AFTER:
             self._until = left - HELPED
         if self._until is None or _somebody_crosses(observation):
             return None
