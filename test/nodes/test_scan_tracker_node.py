@@ -205,13 +205,14 @@ def test_ends_cleanly_when_asked(start_node, world, number):
     assert process.wait(TIMEOUT) == 0
 
 
-@pytest.mark.parametrize('spread, found', [(0.02, 1), (0.1, 0)])
-def test_doubt_of_the_pose_decides_what_is_a_mapped_wall(
-        start_node, world, tmp_path, spread, found):
+@pytest.mark.parametrize('spread, speck, found', [(0.02, 0.1, 1), (0.1, 0.1, 0), (0.1, 3.0, 1)])
+def test_doubt_of_the_pose_and_its_size_decide_what_is_a_mapped_wall(
+        start_node, world, tmp_path, spread, speck, found):
     # A wall from (7, -1) to (7.5, 1) in the map; a pole whose near side is 0.19 m before it.
     # Margins: 2 * sqrt(0.03^2 + 0.04^2 + 0.02^2) = 0.11 m and, with 0.1 m, 0.22 m.
     start_node('-p', 'map:=' + str(write_map_files(
-        tmp_path, [[0]] * 4, resolution='0.5', origin='[7.0, -1.0, 0.0]')))
+        tmp_path, [[0]] * 4, resolution='0.5', origin='[7.0, -1.0, 0.0]')),
+        '-p', f'wall_min_size:={speck}')
     world.connect()
     world.localise(spread)
     world.wait(lambda: any(item.key == 'walls' and item.value == 'subtracted'

@@ -66,6 +66,8 @@ class ScanTrackerNode(Node):
         self._first_scan = self._has_odometry = None
         self._tracks, self._frame = None, ''
         self._scans, self._odometry, self._latency = 0, 0, Latencies()
+        self._min_size = declare(self, 'wall_min_size', 0.1,
+                                 'm; smaller specks of the map are no walls', (0.0, 10.0))
         map_file = declare(self, 'map', '', 'YAML file of the map; empty: take it from topic map')
         if map_file:
             occupancy_map = load_map(map_file)
@@ -122,7 +124,8 @@ class ScanTrackerNode(Node):
     def _use_map(self, occupancy_map):
         for warning in occupancy_map.warnings:
             self.get_logger().warning(warning)
-        self._walls = distance_field(extract_walls(occupancy_map).walls)
+        self._walls = distance_field(
+            extract_walls(occupancy_map, min_size=self._min_size).walls)
 
     def _take_scan(self, topic, message):
         received = monotonic()
