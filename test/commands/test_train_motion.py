@@ -41,6 +41,13 @@ def test_weights_whose_card_would_take_their_name_are_refused(tmp_path, capsys):
     assert 'ending in .npz' in capsys.readouterr().err
 
 
+def test_a_device_that_is_not_there_is_refused_by_one_line(tmp_path, capsys):
+    assert main(['--device', 'nowhere', '--out', str(tmp_path / 'm.npz')]) == 2
+
+    error = capsys.readouterr().err
+    assert error.startswith('train_motion: --device nowhere: ') and error.count('\n') == 1
+
+
 def test_an_unknown_scenario_is_refused_by_one_line(tmp_path, capsys):
     assert main(['--scenario', 'nowhere', '--out', str(tmp_path / 'm.npz')]) == 2
 

@@ -17,21 +17,18 @@ Train the motion model: watch simulated crowds and learn where their members go 
 The likelihood of a mixture of trajectories, as in `policy.motion`; the robot is not in them.
 """
 
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import nullcontext
 import math
-import multiprocessing
 
 import numpy as np
 import torch
 from tqdm import tqdm
+from wallnav_ros.evaluation.worker_pool import work_off
 from wallnav_ros.learning.export import commit
 from wallnav_ros.learning.networks import mlp
 from wallnav_ros.learning.trainer import TrainingDiverged
 from wallnav_ros.policy import motion
 from wallnav_ros.simulation.crowd import Crowd
-from wallnav_ros.simulation.episodes import draw_episode
-from wallnav_ros.simulation.scenario import ScenarioError
+from wallnav_ros.simulation.episodes import draw_episode, draw_with_room
 from wallnav_ros.simulation.scenarios import load_scenario
 from wallnav_ros.world.geometry import rotate
 from wallnav_ros.world.state import Agents
@@ -44,7 +41,7 @@ NEWCOMERS = 0.2        # share of agents that are shown as if just come into sig
 LATECOMERS = 0.2       # share of those seen for some time, not from the beginning
 SIZES = (384, 256)
 CHUNK = 50             # crowds drawn from one seed, so that results do not depend on workers
-BATCH = 2048
+BATCH = 4096
 SHARPNESS = 3.0        # weight of a step's likelihood beside the choice of a way
 LEARNING_RATE = 1e-3
 SIDEWAYS = ('y', 'vy', 'ahead_y', 'behind_y')       # inputs that change sign in a mirror
@@ -58,14 +55,13 @@ def watch(names, count, seed, workers=1):
     velocity, in each agent's own frame. The same seed gives the same, whatever the workers.
     """
     jobs = [(names, min(CHUNK, count - start), (seed, start)) for start in range(0, count, CHUNK)]
-    bar = tqdm(total=count, desc='watching crowds', unit='crowd')
-    parts = []
-    context = multiprocessing.get_context('spawn')
-    with ProcessPoolExecutor(workers, mp_context=context) if workers > 1 else nullcontext() as pool:
-        for job, part in zip(jobs, (pool.map if pool else map)(_watch_chunk, jobs)):
-            parts.append(part)
-            bar.update(job[1])
-    bar.close()
+    parts = [None] * len(jobs)
+    done = work_off(_watch_chunk, jobs, workers) if workers > 1 else enumerate(
+        map(_watch_chunk, jobs))
+    with tqdm(total=count, desc='watching crowds', unit='crowd') as bar:
+        for number, part in done:
+            parts[number] = part
+            bar.update(jobs[number][1])
     return tuple(np.concatenate(arrays) for arrays in zip(*parts))
 
 
@@ -73,18 +69,14 @@ def _watch_chunk(job):
     names, count, seed = job
     rng = np.random.default_rng(seed)
     scenarios = [load_scenario(name) for name in names]
-    parts = []
-    while len(parts) < count:
-        source = scenarios[rng.integers(len(scenarios))]
-        scenario = source.at(int(rng.integers(2 ** 40, 2 ** 62)))
-        try:
-            episode = draw_episode(scenario, CASES[rng.integers(len(CASES))],
-                                   int(rng.integers(2 ** 40, 2 ** 62)))
-        except ScenarioError:
-            if scenario is source:
-                raise
-            continue           # a drawn world may be too small for the crowd drawn with it
-        parts.append(_moments(episode, rng))
+
+    def fresh():
+        return int(rng.integers(2 ** 40, 2 ** 62))
+
+    def draw(world):
+        return draw_episode(world, CASES[rng.integers(len(CASES))], fresh())
+    parts = [_moments(draw_with_room(scenarios[rng.integers(len(scenarios))], fresh, draw), rng)
+             for _ in range(count)]
     return tuple(np.concatenate(arrays) for arrays in zip(*parts))
 
 
@@ -184,6 +176,8 @@ def fit(inputs, offsets, epochs, seed, device='cpu'):
 
 def train_motion(names, crowds, epochs, seed, workers=1, device='cpu'):
     """Return the MotionModel learnt from `crowds` crowds of the scenarios called `names`."""
+    for name in names:
+        load_scenario(name)            # a name that is none should not cost any watching
     unseen = watch(names, max(1, crowds // 10), seed + 1, workers)
     inputs, offsets = watch(names, crowds, seed, workers)
     network, loss = fit(inputs, offsets, epochs, seed, device)

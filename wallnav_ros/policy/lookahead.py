@@ -30,6 +30,7 @@ from wallnav_ros.world.state import Agents, Robot
 
 MOST_AGENTS = 16          # the nearest so many are looked at: as many as training knows
 CONTENDERS = 16           # actions that are looked at over every horizon, not over one alone
+CLEAR = 0.97              # chance of touching nobody, above which a way needs no other way out
 WAITING = 5.0             # m, within which a robot may wait for somebody who walks
 
 
@@ -113,7 +114,7 @@ class Lookahead:
         expected = before * rollout.rewards - rule.aversion * (before - rollout.survival)
         gained = np.cumsum(powers[..., :-1] * expected, axis=-1)[..., horizons - 1]
         weight = powers[..., horizons] * rollout.survival[..., horizons - 1]
-        asked = ~rollout.over[..., horizons - 1]
+        asked = ~rollout.over[..., horizons - 1] & self._worth_asking(rollout)[..., None]
         # One look ahead tells which actions are worth the others.
         one = np.zeros_like(asked)
         one[..., len(horizons) // 2] = True
@@ -129,6 +130,13 @@ class Lookahead:
         # Where nobody walks, waiting changes nothing: its value is that of waiting for ever.
         scores[~_somebody_walks(robot, agents), STOP] = -np.inf
         return scores, rollout
+
+    def _worth_asking(self, rollout):
+        """Return (B, P) which ways are looked at: those that turn on only where they lead out."""
+        count = len(self.actions.speed)
+        clear = ~rollout.over[:, :count, -1] & (rollout.survival[:, :count, -1] > CLEAR)
+        every = np.arange(len(rollout.action))
+        return (every < count) | ~clear[:, rollout.action]
 
     def _best_ways(self, scores, rollout):
         """Return (B, A) the best of `scores` (B, P) of each action, and the Rollout along it."""

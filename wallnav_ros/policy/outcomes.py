@@ -81,10 +81,8 @@ class Rollout:
 
     def along(self, way):
         """Return the Rollout of the ways `way` (B, A) alone, one for every action."""
-        def chosen(part):
-            index = way.reshape(way.shape + (1,) * (part.ndim - 2))
-            return np.take_along_axis(part, index, axis=1)
-        return Rollout(np.arange(way.shape[1]), *(chosen(part) for part in (
+        chosen = np.arange(len(way))[:, None], way
+        return Rollout(np.arange(way.shape[1]), *(part[chosen] for part in (
             self.poses, self.rewards, self.over, self.collided, self.survival)), self.crowd)
 
 
