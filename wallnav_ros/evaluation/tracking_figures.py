@@ -53,7 +53,7 @@ def draw_tracks(path, row):
              _key(TRACKS[0], f'{len(trails)} human tracks, dot: end', marker='o', ms=3.0)]
     if row.truth is not None:
         people = annotated_places(row.tracked, row.truth)
-        axes.plot(*people.T, 'x', ms=4.0, mew=0.8, color=ANNOTATED, alpha=0.8, zorder=4)
+        axes.plot(*people.T, 'x', ms=4.0, mew=0.8, color=ANNOTATED, alpha=0.5, zorder=1.5)
         shown.append(_key(ANNOTATED, f'{len(people)} annotated positions', marker='x', ls=''))
     if moves:
         axes.plot(*robot.T, '--', lw=1.2, color=ROBOT, zorder=3)
