@@ -28,10 +28,10 @@ CERTAIN = {'score': 1.0, 'reach': 1.0, 'hits': 1.0, 'apart': 1.0}
 NOBODY_BARRED = np.zeros(1, dtype=bool)
 
 
-def label(known=False, **columns):
+def label(**columns):
     """Return whether a track with `columns` is human after the labels are settled."""
     table = make_table([[0.0, 0.0]], **{**CERTAIN, **columns})
-    settle_labels(table, NOBODY_BARRED, known, SETTINGS)
+    settle_labels(table, NOBODY_BARRED, SETTINGS)
     return bool(table.human[0])
 
 
@@ -52,14 +52,9 @@ def test_what_is_uncertain_gets_no_name_but_does_not_lose_it(doubt):
     assert label(motion=4.0, human=True, **doubt)
 
 
-def test_who_has_come_need_not_go_on_where_the_surroundings_are_known():
-    assert label(motion=4.0, reach=0.0, known=True)
-    assert not label(motion=4.0, reach=0.0, known=False)
-
-
 def test_who_is_barred_gets_no_name_but_does_not_lose_it():
     table = make_table(np.zeros((3, 2)), motion=4.0, human=[False, True, False], **CERTAIN)
-    settle_labels(table, np.array([True, True, False]), True, SETTINGS)
+    settle_labels(table, np.array([True, True, False]), SETTINGS)
     assert table.human.tolist() == [False, True, True]
 
 
@@ -129,17 +124,6 @@ def test_a_way_is_motion_and_one_leap_of_the_same_length_is_none():
     assert evidence(even) == pytest.approx(0.3)
     assert evidence(leap) == 0.0
     assert evidence(leap, leap_share=0.0) == pytest.approx(0.3)
-
-
-@pytest.mark.parametrize('fresh, apart, known, counts', [
-    (0.9, 1.0, True, True), (0.5, 1.0, True, False), (0.9, 0.1, True, False),
-    (0.9, 1.0, False, False)])
-def test_a_foot_that_stands_where_nothing_was_has_arrived(fresh, apart, known, counts):
-    table = make_table([[0.0, 0.0]], radius=0.07, apart=apart)
-    none = np.zeros(1)
-    weigh_motion(table, np.array([0]), none, np.array([fresh]), none, none.astype(bool), none,
-                 0.1, SETTINGS, 0.5, known)
-    assert (table.motion[0] > 0.0) == counts
 
 
 def test_what_moves_counts_for_nothing_where_its_surroundings_seem_to_move():

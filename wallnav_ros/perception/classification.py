@@ -25,7 +25,7 @@ from wallnav_ros.world.geometry import distances
 
 
 def weigh_motion(table, rows, still, fresh, moved_rate, vacated, gait, elapsed, settings,
-                 leap_share=0.0, certain=True):
+                 leap_share=0.0):
     """
     Add the evidence of one scan to `motion` of the updated `rows` (K,).
 
@@ -35,16 +35,12 @@ def weigh_motion(table, rows, still, fresh, moved_rate, vacated, gait, elapsed, 
     gait: (K,) log-odds a second from legs that move against each other.
     elapsed: seconds the evidence stands for.
     leap_share: share of the longest leap of each that may be a mix-up with a neighbour.
-    certain: whether the scan agreed with earlier ones, so that these can be believed.
     """
     gone = _way(table, rows, leap_share)
     doubt = np.sqrt(table.covariance[rows, 0]) + settings.body_noise
     swift = np.hypot(*table.velocity[rows].T) > settings.walking_speed
     moved = swift & (gone > settings.walking_distance) & (gone > 3.0 * doubt)
     arrived = swift & (fresh > still) & (gone > 2.0 * doubt)
-    # A foot on the ground stands still; that nothing was there before is enough.
-    arrived |= (certain & (fresh > settings.arrival_share) & (still < 0.2)
-                & (table.apart[rows] > 0.2))
     earned = table.human[rows] & (
         (table.proof[rows] > settings.earned_proof) | (table.pair[rows] > 0.3))
     rate = (settings.fresh_rate * fresh * arrived
@@ -108,15 +104,13 @@ def weigh_gait(walking, still, certain, settings):
     return settings.gait_rate * (walking & (still < 0.5))
 
 
-def settle_labels(table, barred, certain, settings):
+def settle_labels(table, barred, settings):
     """
     Set the label `human` by `motion`, with hysteresis.
 
-    barred: (N,) bool, tracks that must not become human now. certain: whether the scan agreed
-    with earlier ones; if not, a human must also have left the place where it was first seen.
+    barred: (N,) bool, tracks that must not become human now.
     """
-    proven = (table.motion > settings.human_odds) & (table.score >= 1.0)
-    proven &= (table.hits > 0.6) & (table.apart > 0.3)
-    proven &= certain | (table.reach > settings.swing)
-    table.human |= proven & ~barred
+    certain = (table.motion > settings.human_odds) & (table.score >= 1.0)
+    certain &= (table.reach > settings.swing) & (table.hits > 0.6) & (table.apart > 0.3)
+    table.human |= certain & ~barred
     table.human &= table.motion > -settings.human_odds

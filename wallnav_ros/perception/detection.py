@@ -37,7 +37,7 @@ class Detections:
 
     position: (D, 2) metres, of the centre. radius: (D,) metres. count: (D,) beams.
     still: (D,) share of the beams that end where earlier views saw a surface too.
-    fresh: (D,) share of the beams that end where enough earlier views saw nothing.
+    fresh: (D,) share of the beams that end where earlier views saw nothing.
     apart: (D,) bool, stands clear of anything larger than a person.
     leg: (D,) bool, no wider than a leg. noise: (D,) metres, error of a coordinate.
     hidden: (D, 2) metres, by how much what covers its right and its left side is nearer, 0 where
@@ -93,25 +93,22 @@ def place_beams(scan, wanted, sweep, settings):
 
 def judge_points(points, scan, views, settings):
     """
-    Return (still, fresh, background), each (P,): what earlier `views` say of `points` (P, 2).
+    Return (still, fresh, background), each (P,) bool: what earlier `views` say of `points` (P, 2).
 
-    still: bool, mostly occupied a while before. fresh: 0 to 1, how well views vouch that it was
-    empty. background: bool, occupied long before.
+    still: mostly occupied a while before; fresh: mostly empty; background: occupied long before.
     """
     if not views or not len(points):
         nothing = np.zeros(len(points), dtype=bool)
-        return nothing, np.zeros(len(points)), nothing
+        return nothing, nothing, nothing
     free, occupied = look_up(views, scan, points, settings.view_lateral, settings.view_depth,
                              settings.view_slack)
     full, empty = occupied.astype(np.float32), free.astype(np.float32)
     ages = scan.stamp - np.array([view.stamp for view in views])
     # Counting by products of matrices takes a tenth of the time of counting truths.
     counted = np.array([ages > settings.still_age, ages > settings.background_age], np.float32)
-    # Views a moment apart repeat each other: every second one has a say in what stands.
-    counted[:, -2::-2] = 0.0
     still, background = counted @ (full - empty) > 0.0
-    margin = np.ones(len(views), np.float32) @ (empty - 2.0 * full)
-    return still, np.clip(margin / settings.witnesses, 0.0, 1.0), background
+    fresh = np.ones(len(views), np.float32) @ (empty - 2.0 * full) > 0.0
+    return still, fresh, background
 
 
 def detect(scan, hits, points, pose, evidence, expected, settings):

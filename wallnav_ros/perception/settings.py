@@ -61,12 +61,10 @@ class TrackerSettings:
     """m; range noise and pose error between two views."""
     view_slack: float = 0.015
     """rad; heading error of odometry within a few seconds, felt on slanting walls."""
-    view_spacing: float = 0.12
-    """s between the views kept; several then saw the place where a foot comes down."""
-    view_count: int = 16
-    """views; their ages grow in equal ratios: eight in the last seconds, the others before."""
-    witnesses: float = 3.0
-    """views that must have seen a place empty; one alone is at times wrong about where it was."""
+    view_spacing: float = 0.25
+    """s between the views kept; a walker clears its own width in about this time."""
+    view_count: int = 8
+    """views; their ages grow in equal ratios, so that eight reach back half a minute."""
     view_age: float = 0.35
     """s; younger views show a walker still where it is."""
     still_age: float = 1.0
@@ -175,18 +173,6 @@ class TrackerSettings:
     """times that in the open, where there is nothing else that stands on legs."""
     thin_radius: float = 0.035
     """m; thinner than any leg: chair legs, poles, cables."""
-    arrival_share: float = 0.6
-    """share of a thing's beams that must end where nothing was for it to have arrived."""
-    arrival_odds: float = 0.8
-    """log-odds for whatever appears on the floor where nothing was, and for each of its steps."""
-    arrival_score: float = 0.6
-    """of 1; how far that confirms it: a foot that is lifted is not forgotten until it is down."""
-    step_time: float = 0.7
-    """s from where a leg was seen last to where it comes down; half a second at a slow walk."""
-    step_length: float = 1.0
-    """m between the two; a leg swings by two steps."""
-    step_doubt: float = 0.5
-    """share of the doubt that counts where a leg has left its place: it may have stepped on."""
     fresh_rate: float = 6.0
     """log-odds a second while all of a thing is where nothing was."""
     vacated_rate: float = 6.0

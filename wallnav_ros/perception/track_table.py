@@ -76,17 +76,15 @@ class TrackTable:
         self.motion, self.proof = np.zeros(len(self)), np.zeros(len(self))
         self.human = np.zeros(len(self), dtype=bool)
 
-    def add(self, position, radius, motion, stamp, settings):
-        """Start a track at rest on each of `position` (K, 2), with `motion` (K,) log-odds."""
+    def add(self, position, radius, pair, stamp, settings):
+        """Start a track at rest on each of `position` (K, 2); `pair` (K,) where on two legs."""
         count = len(position)
         if not count:
             return
         spread = (settings.leg_noise ** 2, 0.0, settings.birth_speed_noise ** 2)
         fresh = {'id': np.arange(self._next, self._next + count), 'position': position,
                  'velocity': np.zeros((count, 2)), 'covariance': np.tile(spread, (count, 1)),
-                 'radius': radius, 'motion': motion, 'proof': motion,
-                 'score': settings.arrival_score * (motion > 0.0),
-                 'born_at': position, 'place': position,
+                 'radius': radius, 'pair': pair, 'born_at': position, 'place': position,
                  'born': np.full(count, stamp), 'seen': np.full(count, stamp),
                  'trail': np.repeat(position[:, None], TRAIL, axis=1)}
         self._next += count

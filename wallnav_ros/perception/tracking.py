@@ -28,7 +28,6 @@ from wallnav_ros.perception.ego_motion import EgoMotion
 from wallnav_ros.perception.mapped_walls import lie_on_walls
 from wallnav_ros.perception.own_body import OwnBody
 from wallnav_ros.perception.settings import TrackerSettings
-from wallnav_ros.perception.steps import appear, take_steps
 from wallnav_ros.perception.track_table import TrackTable
 from wallnav_ros.perception.visibility import look_up, make_view, ViewMemory
 from wallnav_ros.world.geometry import compose, distances, invert, rotate, to_parent
@@ -103,8 +102,6 @@ class Tracker:
         evidence = judge_points(points, scan, earlier, settings)
         seen = detect(scan, hits, points, pose, evidence, people, settings)
         match = associate(table, seen, settings)
-        if self._motion.certain:
-            match = take_steps(table, seen, match, view, scan, settings)
         missed = self._find_missed(match, before, elapsed)
         self._correct(seen, match, scan, view, interval, walls is not None)
         self._miss(missed, scan, view, elapsed)
@@ -211,8 +208,8 @@ class Tracker:
                           settings)
         moved_rate, leap_share = self._trust(mapped)
         weigh_motion(table, rows, *shares, moved_rate * apart, vacated, gait, elapsed, settings,
-                     leap_share, self._motion.certain)
-        settle_labels(table, self._crowded(), self._motion.certain, settings)
+                     leap_share)
+        settle_labels(table, self._crowded(), settings)
 
     def _trust(self, mapped):
         """Return (log-odds a second for what moves, share of a leap that may be a mix-up)."""
@@ -232,22 +229,20 @@ class Tracker:
             empty, taken = (answer[0] for answer in look_up(
                 [view], scan, table.position, 0.1, 0.3, 0.0))
             loss = elapsed * np.where(empty | (table.score < 1.0), 1.0, 0.5 * taken) * missed
-            leg = (table.motion > 0.0) & (table.radius < settings.leg_width / 2.0)
-            loss *= np.where(leg & self._motion.certain, settings.step_doubt, 1.0)
             table.score -= loss / settings.miss_time
         hidden = scan.stamp - table.seen
         table.keep(((table.score > 0.0) | ~missed) & (hidden <= settings.occlusion_time))
 
     def _give_birth(self, seen, match, stamp):
-        """Start tracks on what no track explains."""
+        """Start tracks on what no track explains, two legs together where they may be."""
         settings, table = self.settings, self._table
         free = np.flatnonzero(~match.used & (seen.count >= 3))
         if len(table) and len(free):
             gap = distances(seen.position[free], table.position[table.human])
             crowded = (gap < settings.carve_radius).any(axis=1) & seen.leg[free]
             free = free[~crowded]
-        motion = self._motion.certain * appear(seen, settings)[free]
-        table.add(seen.position[free], seen.radius[free], motion, stamp, settings)
+        position, radius, pair = seen.position[free], seen.radius[free], np.zeros(len(free))
+        table.add(position, radius, pair, stamp, settings)
         table.turn[len(table) - len(free):] = self._turn
 
     def _merge(self):
