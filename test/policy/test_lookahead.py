@@ -103,15 +103,15 @@ def batched(observation, count=1):
 
 
 def test_only_what_one_horizon_finds_among_the_best_is_looked_at_further():
-    # Of 81 actions the 24 best at the middle horizon are averaged, the rest are out.
+    # Of 81 actions the 16 best at the middle horizon are averaged, the rest are out.
     observation = observe(Agents.of([[3.0, 1.0]], [[-0.5, 0.0]], [0.3]))
     middle, _ = Lookahead(nearness, make_actions(), Rule((3,))).evaluate(*batched(observation))
 
     scores = Lookahead(nearness, make_actions(), Rule((1, 3, 5))).decide(observation).scores
 
     # A turn to the left and the same to the right tie.
-    assert (np.isfinite(scores) == (middle[0] >= np.sort(middle[0])[-24])).all()
-    assert 24 <= np.isfinite(scores).sum() <= 25
+    assert (np.isfinite(scores) == (middle[0] >= np.sort(middle[0])[-16])).all()
+    assert 16 <= np.isfinite(scores).sum() <= 17
 
 
 def test_scores_of_several_horizons_are_averaged():

@@ -30,7 +30,7 @@ from wallnav_ros.world.state import Agents, Robot
 
 MOST_AGENTS = 16          # the nearest so many are looked at: as many as training knows
 CONTENDERS = 16           # actions that are looked at over every horizon, not over one alone
-CLEAR = 0.97              # chance of touching nobody, above which a way needs no other way out
+CLEAR = 0.9               # chance of touching nobody, above which a way needs no other way out
 WAITING = 5.0             # m, within which a robot may wait for somebody who walks
 
 

@@ -29,8 +29,7 @@ from wallnav_ros.world.state import Agents
 
 GOAL_TOLERANCE = 0.2      # m, distance at which the goal counts as reached
 CAUTION_COST = 1.0        # per step, of brushing past a walking agent
-SHARP_TURN = 1.1          # rad/s, from which a turn may be held for longer ...
-BRISK = 0.4               # ... at speeds above this share of the preferred one
+SHARP_TURN = 0.6          # rad/s, above which a turn may be held for longer
 NO_MATTER = 3.0           # standard deviations beyond which an agent is not expected
 
 
@@ -120,9 +119,9 @@ def roll_out(rule, actions, motion, robot, agents, walls):
 def _ways(rule, actions):
     """Return the action (P,) and the steps of turning (P,) of every way."""
     every = np.arange(len(actions.speed))
-    # Turning on is a way out only where it leads somewhere else, and a question to the network.
-    out = np.flatnonzero((np.abs(actions.turn_rate) > SHARP_TURN) & (actions.speed > BRISK))
-    rows = [every] + [out] * (len(rule.turns) - 1)
+    # To turn slightly for longer is no other way than to turn once, and costs as much to look at.
+    sharp = np.flatnonzero(np.abs(actions.turn_rate) > SHARP_TURN)
+    rows = [every] + [sharp] * (len(rule.turns) - 1)
     return np.concatenate(rows), np.repeat(rule.turns, [len(part) for part in rows])
 
 
