@@ -18,6 +18,7 @@ prctl(2) PR_SET_PDEATHSIG ends them even when the starter is killed; REP-149 for
 """
 
 import ctypes
+from functools import partial
 import os
 from pathlib import Path
 import signal
@@ -127,7 +128,7 @@ class NodeGroup:
                 command, stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT,
                 env={**os.environ, 'PYTHONPATH': os.pathsep.join(paths)},
                 # Ctrl-C is for the starter alone, which then ends its nodes in order.
-                start_new_session=True, preexec_fn=_die_with_parent)
+                start_new_session=True, preexec_fn=partial(_die_with, os.getpid()))
 
     def check(self):
         """Raise ProcessEnded when a node is no longer there."""
@@ -143,8 +144,11 @@ class NodeGroup:
 _LIBC = ctypes.CDLL(None, use_errno=True)
 
 
-def _die_with_parent():
+def _die_with(parent):
     _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
+    # It may have been killed between the fork and that.
+    if os.getppid() != parent:
+        os._exit(1)
 
 
 def _yaml(value):
