@@ -206,7 +206,8 @@ def _haunts(agents, heading, time_step):
         place = np.take_along_axis(offset, index[..., None, None], axis=2)[:, :, 0]
         place = np.clip(rotate(place, -heading) / RANGE, -2.0, 2.0)
         rows += [place, index[..., None] * (time_step / 10.0)]
-    return np.concatenate([*rows, (known.sum(axis=-1) - 1)[..., None] * (time_step / 10.0)], axis=-1)
+    seen = (known.sum(axis=-1) - 1)[..., None] * (time_step / 10.0)
+    return np.concatenate([*rows, seen], axis=-1)
 
 
 def _neighbours(agents, velocity, heading):
