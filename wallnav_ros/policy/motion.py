@@ -61,11 +61,11 @@ class Forecast:
     spread: np.ndarray
 
     def hit(self, gap):
-        """Return the chance (..., A, H, N) of contact from gaps (..., A, H, N, K) in metres."""
-        spread = np.moveaxis(self.spread, -1, -3)[..., None, :, :, :]
-        unsure = ndtr(-gap / np.maximum(spread, LEAST_SPREAD))
+        """Return the chance (..., H, N, A) of contact from gaps (..., H, N, K, A) in metres."""
+        spread = np.moveaxis(self.spread, -1, -3)[..., None]
+        unsure = ndtr(gap / -np.maximum(spread, LEAST_SPREAD))
         touches = np.where(spread > 0.0, unsure, gap <= 0.0)
-        return np.einsum('...k,...k->...', touches, self.chance[..., None, None, :, :])
+        return np.einsum('...ka,...k->...a', touches, self.chance[..., None, :, :])
 
 
 def constant_velocity(agents, steps, time_step):
