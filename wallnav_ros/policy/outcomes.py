@@ -230,7 +230,8 @@ def _contacts(robot, agents, forecast, before, after):
     moves = []
     for axis in (0, 1):
         # Axes (B, H, N, K, A), actions last: NumPy is quick along a long last axis.
-        start, end = (part[..., axis].swapaxes(1, 2)[:, :, None, None] for part in (before, after))
+        start, end = (np.ascontiguousarray(part[..., axis].swapaxes(1, 2))[:, :, None, None]
+                      for part in (before, after))
         there = forecast.position[..., axis].transpose(0, 3, 1, 2)
         now = np.broadcast_to(agents.position[:, None, :, None, axis], there[:, :1].shape)
         was = np.concatenate((now, there[:, :-1]), axis=1)

@@ -140,6 +140,7 @@ def closest_approach(offset, motion):
 def least_distance(x, dx, y, dy):
     """Return the same (...) as `closest_approach` of the parts (...) of its vectors, in metres."""
     squared = dx * dx + dy * dy
-    fraction = np.clip(-(x * dx + y * dy) / np.where(squared > 0.0, squared, 1.0), 0.0, 1.0)
+    fraction = -(x * dx + y * dy) / np.where(squared > 0.0, squared, 1.0)
+    fraction = np.minimum(np.maximum(fraction, 0.0), 1.0)
     x, y = x + fraction * dx, y + fraction * dy
     return np.sqrt(x * x + y * y)
