@@ -84,5 +84,5 @@ def test_the_motion_model_that_was_trained_with_goes_along(tmp_path, motion):
     loaded = load_value_function(tmp_path / 'weights.npz')
     assert (loaded.motion is not None) == bool(motion)
     assert loaded.metadata['training']['episodes'] == metadata['training']['episodes'] == 12
-    assert loaded.metadata['decision'] == {'horizons': [2, 4, 6], 'caution': 0.15,
+    assert loaded.metadata['decision'] == {'horizons': [2, 4, 6], 'turns': [1], 'caution': 0.15,
                                            'aversion': 0.0}

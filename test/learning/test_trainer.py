@@ -124,7 +124,8 @@ def test_exported_weights_say_how_they_came_about(finished, tiny):
 
     assert last.metadata['name'] == 'tiny'
     assert last.metadata['network'] == {'kind': 'three_mlp', 'sizes': tiny.network}
-    assert last.metadata['decision'] == {'horizons': [1], 'caution': 0.15, 'aversion': 0.0}
+    assert last.metadata['decision'] == {
+        'horizons': [1], 'turns': [1], 'caution': 0.15, 'aversion': 0.0}
     assert last.metadata['training']['episodes'] == 8
     assert last.metadata['training']['settings']['seed'] == 0
     assert last.metadata['training']['commit']

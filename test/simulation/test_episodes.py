@@ -131,6 +131,15 @@ def test_nobody_starts_in_a_wall_in_another_agent_or_in_the_robot(name, case):
 
 
 @pytest.mark.parametrize('name', ['curve_path', 'cross_path'])
+def test_nobody_who_walks_could_reach_the_robot_within_half_a_second(name):
+    # Seed 4152 of the curve would have held somebody who is at the robot after two steps.
+    for episode in drawn(name, 'dynamic', [*range(40), 4152]):
+        way = np.linalg.norm(episode.start - episode.robot.position, axis=1)
+        gap = way - episode.radius - episode.robot.radius
+        assert (gap >= 0.5 * episode.speed).all()
+
+
+@pytest.mark.parametrize('name', ['curve_path', 'cross_path'])
 def test_who_stands_for_good_leaves_the_robots_goal_free(name):
     """Standing agents, and those that walk to a goal and stay there."""
     for episode in drawn(name, 'mixed'):

@@ -72,12 +72,12 @@ that stand.
   scans. Outdoors there is nothing to match; the person is known by legs that swing against each
   other, and stands still in the first 24 s. The tracks' places are not off to one side: the mean
   offset from the annotations is 2.6 cm along the line of sight and 0.9 cm across, and without it
-  the error would be 0.003 m less. Held against the wheels of
-  `leg_tracker_bench_moving_1`, scans alone lose the way in a corridor full of people.
+  the error would be 0.003 m less. Held against the wheels of `leg_tracker_bench_moving_1`, scans
+  alone lose the way in a corridor full of people.
 - *False people.* From a moving robot, edges of furniture that come into view, surfaces that return
   only some beams and things hit on a slant are at times taken for movers. Outdoors, passing specks
-  are. The scans of `olin_mac_1st_floor_take_2` come with the beams in reverse, which the tracker finds
-  out by itself; until it has, things seen in turns are bent.
+  are. The scans of `olin_mac_1st_floor_take_2` come with the beams in reverse, which the tracker
+  finds out by itself; until it has, things seen in turns are bent.
 - *Simulated labels and velocities.* Walkers who are blocked or slow before they have covered
   their own width are still obstacles, with no velocity. A third of the squared errors in velocity
   is in the worst one per cent: agents of the simulator change their velocity at once. A motion
