@@ -199,7 +199,7 @@ def test_the_papers_forecast_is_one_sure_way():
     assert forecast.chance.tolist() == [[[1.0]]]
     assert forecast.position[0, 0, 0] == pytest.approx(
         np.array([[1.1, -0.2], [1.2, -0.4], [1.3, -0.6]]))
-    gap = np.array([0.01, 0.0, -0.01]).reshape(1, 1, 3, 1, 1)
+    gap = np.array([0.01, 0.0, -0.01]).reshape(1, 3, 1, 1, 1)
     assert forecast.hit(gap).ravel().tolist() == [0.0, 1.0, 1.0]
 
 
@@ -207,9 +207,9 @@ def test_the_chance_of_contact_adds_up_over_the_ways():
     # Sure to be missed one way; on the other the edge is as likely touched as not.
     forecast = Forecast(np.array([[[0.6, 0.4]]]), np.zeros((1, 1, 2, 1, 2)),
                         np.array([[[[0.0], [0.3]]]]))
-    gap = np.array([2.0, 0.0]).reshape(1, 1, 1, 1, 2)
+    gap = np.array([2.0, 0.0]).reshape(1, 1, 1, 2, 1)
 
     assert forecast.hit(gap).item() == pytest.approx(0.4 * 0.5)
     # One standard deviation to spare: 15.9 %.
-    gap = np.array([2.0, 0.3]).reshape(1, 1, 1, 1, 2)
+    gap = np.array([2.0, 0.3]).reshape(1, 1, 1, 2, 1)
     assert forecast.hit(gap).item() == pytest.approx(0.4 * 0.1587, abs=1e-4)

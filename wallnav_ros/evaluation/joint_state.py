@@ -120,15 +120,19 @@ class BlindLookahead(Lookahead):
         """Return scores (B, A) and the Rollout of every action; `walls` are not looked at."""
         return super().evaluate(robot, agents, OPEN)
 
-    def _leaves(self, robot, agents, walls, rollout, state, action, number):
-        """Return the Features after horizon `number` of `action` in `state`, all (R,) rows."""
+    def _leaves(self, robot, agents, walls, rollout):
+        """Return a function to the Features after horizon `number` of `action` in `state`."""
         commands = self.actions.commands(robot.preferred_speed)[:, rollout.action]
         horizons = np.array(self.rule.horizons)
-        later = Robot(rollout.poses[state, action, horizons[number] - 1], commands[state, action],
-                      robot.goal[state], robot.radius[state], robot.preferred_speed[state])
         frames = np.stack([self._frames(agents, horizon) for horizon in horizons], axis=1)
-        return joint_state(later, frames[state, number], agents.radius[state],
-                           agents.present[state])
+
+        def features_of(state, action, number):
+            later = Robot(rollout.poses[state, action, horizons[number] - 1],
+                          commands[state, action], robot.goal[state], robot.radius[state],
+                          robot.preferred_speed[state])
+            return joint_state(later, frames[state, number], agents.radius[state],
+                               agents.present[state])
+        return features_of
 
     def _frames(self, agents, horizon):
         """Return the agents (B, frames, N, 4) of the steps up to `horizon` ahead, latest first."""

@@ -20,6 +20,7 @@ Paper section 1; speeds spaced exponentially as in CrowdNav (Chen et al. 2019).
 from dataclasses import dataclass
 
 import numpy as np
+from wallnav_ros.world.geometry import joined
 
 SPEEDS = 5
 TURNS = 16
@@ -40,7 +41,7 @@ class ActionSet:
     def commands(self, preferred_speed):
         """Return (..., A, 2) m/s and rad/s for robots of `preferred_speed` (...) m/s."""
         speed = np.asarray(preferred_speed, dtype=float)[..., None] * self.speed
-        return np.stack(np.broadcast_arrays(speed, self.turn_rate), axis=-1)
+        return joined(speed, self.turn_rate)
 
 
 def make_actions(max_turn_rate=1.8, speeds=SPEEDS, turns=TURNS):

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from wallnav_ros.world.geometry import rotate
+from wallnav_ros.world.geometry import joined, rotate
 
 VERSION = 2            # raised when a feature changes meaning: older weights are then refused
 WALL_RAYS = 16         # rays, the first towards the goal, counter-clockwise
@@ -82,13 +82,13 @@ def extract(robot, agents, clearance, walls):
     distance = np.hypot(to_goal[..., 0], to_goal[..., 1]) + robot.beyond
     bearing = np.arctan2(to_goal[..., 1], to_goal[..., 0])
     heading = robot.pose[..., 2] - bearing
-    own = np.stack(np.broadcast_arrays(
+    own = joined(
         np.minimum(distance, GOAL_LIMIT) / GOAL_SCALE, robot.preferred_speed, robot.radius,
         np.cos(heading), np.sin(heading), robot.velocity[..., 0],
-        np.minimum(walls.at(robot.position) - robot.radius, CLEARANCE_LIMIT)), axis=-1)
+        np.minimum(walls.at(robot.position) - robot.radius, CLEARANCE_LIMIT), dtype=np.float32)
     rays = bearing[..., None] + 2.0 * np.pi / WALL_RAYS * np.arange(WALL_RAYS)
     reach = walls.raycast(robot.position[..., None, :], rays, WALL_RANGE, WALL_STEPS)
-    return Features(own.astype(np.float32), (reach / WALL_RANGE).astype(np.float32),
+    return Features(own, (reach / WALL_RANGE).astype(np.float32),
                     _agents(robot, agents, clearance, bearing),
                     np.broadcast_to(agents.present, own.shape[:-1] + agents.radius.shape[-1:]))
 
@@ -102,13 +102,14 @@ def _agents(robot, agents, clearance, bearing):
     reach = agents.radius + np.asarray(robot.radius)[..., None]
     approach = -np.sum(offset * velocity, axis=-1) / np.maximum(distance, 1e-6)
     cpa_time, cpa_distance = _closest_point(robot, offset, velocity, bearing)
-    rows = np.stack(np.broadcast_arrays(
+    rows = joined(
         offset[..., 0] / AGENT_SCALE, offset[..., 1] / AGENT_SCALE,
         velocity[..., 0], velocity[..., 1], agents.radius, reach,
         (distance - reach) / AGENT_SCALE, np.hypot(velocity[..., 0], velocity[..., 1]),
         approach, clearance[..., 0], clearance[..., 1], cpa_time / CPA_HORIZON,
-        np.minimum(cpa_distance - reach, CLEARANCE_LIMIT)), axis=-1).astype(np.float32)
-    return np.where(agents.present[..., None], rows, np.float32(0.0))
+        np.minimum(cpa_distance - reach, CLEARANCE_LIMIT), dtype=np.float32)
+    np.copyto(rows, 0.0, where=~agents.present[..., None])
+    return rows
 
 
 def _closest_point(robot, offset, velocity, bearing):

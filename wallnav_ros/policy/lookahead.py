@@ -118,12 +118,12 @@ class Lookahead:
         # One look ahead tells which actions are worth the others.
         one = np.zeros_like(asked)
         one[..., len(horizons) // 2] = True
-        worth = gained + weight * self._values(robot, agents, walls, rollout, asked & one)
+        leaves = self._leaves(robot, agents, walls, rollout)
+        worth = gained + weight * self._values(leaves, asked & one)
         scores = worth[..., len(horizons) // 2]
         if len(horizons) > 1:
             promising = _best(np.where(rollout.collided, -np.inf, scores), CONTENDERS)[..., None]
-            worth += weight * self._values(robot, agents, walls, rollout,
-                                           asked & ~one & promising)
+            worth += weight * self._values(leaves, asked & ~one & promising)
             scores = np.where(promising[..., 0], worth.mean(axis=-1), -np.inf)
         if len(rule.turns) > 1:
             scores, rollout = self._best_ways(scores, rollout)
@@ -149,34 +149,35 @@ class Lookahead:
         way = np.minimum.reduceat(rank[:, order], first, axis=1)
         return best, rollout.along(way)
 
-    def _values(self, robot, agents, walls, rollout, asked):
+    def _values(self, leaves, asked):
         """Return the values (B, A, K) at the ends of horizons that are `asked`, 0 elsewhere."""
         value = np.zeros(asked.shape)
-        state, action, number = np.nonzero(asked)
-        if len(state):
+        rows = np.nonzero(asked)
+        if len(rows[0]):
             # All horizons in one question: each would cost the network's overhead again.
-            value[state, action, number] = self.value(
-                self._leaves(robot, agents, walls, rollout, state, action, number))
+            value[rows] = self.value(leaves(*rows))
         return value
 
     def roll_out(self, robot, agents, walls):
         """Return the Rollout of every action from B states, as in `evaluate`."""
         return roll_out(self.rule, self.actions, self.motion, robot, agents, walls)
 
-    def _leaves(self, robot, agents, walls, rollout, state, action, number):
-        """Return the Features after horizon `number` of `action` in `state`, all (R,) rows."""
+    def _leaves(self, robot, agents, walls, rollout):
+        """Return a function to the Features after horizon `number` of `action` in `state`."""
         commands = self.actions.commands(robot.preferred_speed)[:, rollout.action]
-        horizons = np.array(self.rule.horizons)
-        later = Robot(rollout.poses[state, action, horizons[number] - 1], commands[state, action],
-                      robot.goal[state], robot.radius[state], robot.preferred_speed[state],
-                      robot.beyond[state])
-        crowd = rollout.crowd
-        crowd = Agents(crowd.position[:, horizons - 1], crowd.velocity[:, horizons - 1],
-                       crowd.radius, crowd.present)
+        steps = np.array(self.rule.horizons) - 1
+        crowd = Agents(rollout.crowd.position[:, steps], rollout.crowd.velocity[:, steps],
+                       rollout.crowd.radius[:, steps], rollout.crowd.present[:, steps])
         clearance = features.agent_clearance(crowd, walls)
-        crowd = Agents(crowd.position[state, number], crowd.velocity[state, number],
-                       agents.radius[state], agents.present[state])
-        return features.extract(later, crowd, clearance[state, number], walls)
+
+        def features_of(state, action, number):
+            later = Robot(rollout.poses[state, action, steps[number]], commands[state, action],
+                          robot.goal[state], robot.radius[state], robot.preferred_speed[state],
+                          robot.beyond[state])
+            around = Agents(crowd.position[state, number], crowd.velocity[state, number],
+                            agents.radius[state], agents.present[state])
+            return features.extract(later, around, clearance[state, number], walls)
+        return features_of
 
 
 def _best(scores, count):

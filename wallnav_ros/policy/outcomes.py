@@ -24,7 +24,7 @@ import numpy as np
 from wallnav_ros.policy.motion import constant_velocity, Forecast
 from wallnav_ros.policy.rewards import (
     Gains, reward_terms, someone_passing, StepFacts, total, warning_radius)
-from wallnav_ros.world.geometry import closest_approach, drive_unicycle
+from wallnav_ros.world.geometry import drive_unicycle, least_distance, lengths
 from wallnav_ros.world.state import Agents
 
 GOAL_TOLERANCE = 0.2      # m, distance at which the goal counts as reached
@@ -127,11 +127,17 @@ def _ways(rule, actions):
 
 def _drive(pose, speed, turn_rate, turns, steps, time_step):
     """Return poses (B, P, H, 3) of ways that turn at `turn_rate` (B, P) for `turns` (P,) steps."""
-    pose, poses = pose[:, None], []
-    for number in range(steps):
+    pose, poses = pose[:, None], np.empty((*speed.shape, steps, 3))
+    longest = min(turns.max(), steps)
+    for number in range(longest):
         pose = drive_unicycle(pose, speed, np.where(turns > number, turn_rate, 0.0), time_step)
-        poses.append(pose)
-    return np.stack(poses, axis=2)
+        poses[:, :, number] = pose
+    # From then on every way is straight.
+    further = (speed * time_step)[..., None] * np.arange(1, steps - longest + 1)
+    poses[:, :, longest:, 0] = pose[..., 0, None] + further * np.cos(pose[..., 2, None])
+    poses[:, :, longest:, 1] = pose[..., 1, None] + further * np.sin(pose[..., 2, None])
+    poses[:, :, longest:, 2] = pose[..., 2, None]
+    return poses
 
 
 def _foresee(rule, motion, agents, walls, steps):
@@ -149,10 +155,10 @@ def _near(rule, robot, agents, forecast):
     they would cost time, and padding stands for them.
     """
     offset = forecast.position - robot.position[:, None, None, None]
-    room = np.sqrt(np.einsum('...i,...i->...', offset, offset)) - NO_MATTER * forecast.spread
+    room = lengths(offset) - NO_MATTER * forecast.spread
     room -= (robot.preferred_speed[:, None] * rule.time_step)[..., None, None] * np.arange(
         1, forecast.position.shape[-2] + 1)
-    speed = np.linalg.norm(agents.velocity, axis=-1)
+    speed = lengths(agents.velocity)
     wanted = (robot.radius[:, None] + agents.radius + Gains().comfort_distance
               + (rule.caution + rule.time_step) * speed)
     matters = agents.present & (room.min(axis=(-1, -2)) < wanted)
@@ -176,6 +182,8 @@ def _warning_depth(agents, position, time_step):
 
 def _brushes(caution, velocity, gaps):
     """Return the cost (B, A, H) of `gaps` too close to agents of `velocity` (B, N, 2)."""
+    if not caution:
+        return 0.0
     speed = np.linalg.norm(velocity, axis=-1)
     margin = (caution * speed)[:, None, None]
     lack = np.clip((margin - gaps) / np.maximum(margin, 1e-9), 0.0, 1.0)
@@ -184,18 +192,20 @@ def _brushes(caution, velocity, gaps):
 
 def _facts(robot, agents, walls, before, after, speed, gaps):
     """Return collisions (B, A, H) and the StepFacts of moving from `before` to `after`."""
-    distance = np.linalg.norm(robot.goal[:, None, None] - after, axis=-1)
-    came_from = np.linalg.norm(robot.goal[:, None, None] - before, axis=-1)
+    distance = lengths(robot.goal[:, None, None] - after)
+    start = np.broadcast_to(lengths(robot.goal - robot.position)[:, None, None],
+                            distance[..., :1].shape)
+    came_from = np.concatenate((start, distance[..., :-1]), axis=-1)
     agent_gap = gaps.min(axis=-1, initial=np.inf)
     # The wall is felt half way too: a step is longer than a thin wall is thick.
-    wall_gap = (np.minimum(walls.at(after), walls.at(0.5 * (before + after)))
+    wall_gap = (walls.at(np.stack((after, 0.5 * (before + after)))).min(axis=0)
                 - robot.radius[:, None, None])
     passing = someone_passing(robot, agents)[:, None] & (speed == 0.0)
     final = (robot.beyond == 0.0)[:, None, None]
     collided = (agent_gap <= 0.0) | (wall_gap <= 0.0)
     return collided, StepFacts(
         reached=(distance < GOAL_TOLERANCE) & final & ~collided, agent_gap=agent_gap,
-        progress=came_from - distance, moved=np.linalg.norm(after - before, axis=-1),
+        progress=came_from - distance, moved=lengths(after - before),
         yielding=passing[..., None], wall_gap=wall_gap)
 
 
@@ -217,18 +227,20 @@ def _contacts(robot, agents, forecast, before, after):
     before, after: (B, A, H, 2), where each step of the robot begins and ends. A gap is the
     least on a step, in metres, inf for padding.
     """
-    now = np.broadcast_to(agents.position[:, :, None, None], forecast.position[..., :1, :].shape)
-    # (B, 1, H, N, K, 2), to go with the robot's (B, A, H, 1, 1, 2).
-    there = np.moveaxis(np.concatenate((now, forecast.position), axis=3), 3, 1)[:, None]
-    approach = closest_approach(
-        before[..., None, None, :] - there[:, :, :-1],
-        (after - before)[..., None, None, :] - (there[:, :, 1:] - there[:, :, :-1]))
-    reach = robot.radius[:, None] + agents.radius
-    gap = np.where(agents.present[:, None, None, :, None],
-                   approach - reach[:, None, None, :, None], np.inf)
-    missed = (1.0 - forecast.hit(gap)).prod(axis=-1)
-    likeliest = forecast.chance.argmax(axis=-1)[:, None, None, :, None]
-    likely = np.take_along_axis(gap, np.broadcast_to(
-        likeliest, gap.shape[:-1] + (1,)), axis=-1)[..., 0]
+    moves = []
+    for axis in (0, 1):
+        # Axes (B, H, N, K, A), actions last: NumPy is quick along a long last axis.
+        start, end = (np.ascontiguousarray(part[..., axis].swapaxes(1, 2))[:, :, None, None]
+                      for part in (before, after))
+        there = forecast.position[..., axis].transpose(0, 3, 1, 2)
+        now = np.broadcast_to(agents.position[:, None, :, None, axis], there[:, :1].shape)
+        was = np.concatenate((now, there[:, :-1]), axis=1)
+        moves.append((start - was[..., None], (end - start) - (there - was)[..., None]))
+    gap = least_distance(*moves[0], *moves[1])
+    gap -= (robot.radius[:, None] + agents.radius)[:, None, :, None, None]
+    np.copyto(gap, np.inf, where=~agents.present[:, None, :, None, None])
+    missed = (1.0 - forecast.hit(gap)).prod(axis=2)
+    likely = gap[np.arange(len(gap))[:, None], :, np.arange(gap.shape[2]),
+                 forecast.chance.argmax(axis=-1)]
     # One contact that is foreseen over several steps is still one contact.
-    return likely, np.minimum.accumulate(missed, axis=-1)
+    return likely.transpose(0, 3, 2, 1), np.minimum.accumulate(missed, axis=1).swapaxes(1, 2)

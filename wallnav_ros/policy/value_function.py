@@ -34,6 +34,7 @@ from wallnav_ros.world.files import atomic_write
 FORMAT = 1
 FARTHEST = 100         # steps ahead that a decision may look: more would hold up the robot
 STATES_AT_ONCE = 128             # more leave the core's cache: twice as slow a state
+LEAST_SCORE = np.float32(-1e30)  # of padding, below that of any agent
 # The stacks of layers: name, least number of layers, width of the last where it is fixed.
 LAYERS = (('mlp1', 1, None), ('mlp2', 1, None), ('attention', 2, 1), ('mlp3', 1, 1))
 METADATA = ('format', 'network', 'features', 'actions', 'reward', 'decision', 'time_step',
@@ -89,39 +90,51 @@ class ValueFunction:
 
     def _crowd(self, own, agents, present):
         """Return the attention-weighted sum (S, C) of agent features; zero without agents."""
-        sizes = self.metadata['network']['sizes']
-        state, agent = np.nonzero(present)
-        crowd = np.zeros((len(own), sizes['mlp2'][-1]), dtype=np.float32)
-        if not len(state):
-            return crowd
-        # The first layer is split: its robot-and-walls part is the same for all of a state's
-        # agents, so it is multiplied once per state instead of once per agent.
+        taken = present.any(axis=0)
+        if not taken.any():
+            width = self.metadata['network']['sizes']['mlp2'][-1]
+            return np.zeros((len(own), width), dtype=np.float32)
+        # Padding goes along at no weight: to pick out the others costs more than it saves,
+        # except where a place is empty in every state.
+        if not present.all():
+            present = present[:, taken]
+            agents = np.where(present[..., None], agents[:, taken], np.float32(0.0))
         weight, split = self.tensors['mlp1.0.weight'], own.shape[1]
-        shared = own @ weight[:split] + self.tensors['mlp1.0.bias']
-        hidden = np.maximum(agents[state, agent] @ weight[split:] + shared[state], 0.0)
-        hidden = self._stack('mlp1', hidden, first=1, last_relu=True)
-        start = np.flatnonzero(np.diff(state, prepend=-1))
-        row = np.cumsum(np.diff(state, prepend=state[0]) != 0)
-        count = np.diff(np.append(start, len(state)))[:, None].astype(np.float32)
-        mean = np.add.reduceat(hidden, start) / count
-        weight, split = self.tensors['attention.0.weight'], hidden.shape[1]
-        shared = mean @ weight[split:] + self.tensors['attention.0.bias']
-        score = self._stack('attention', np.maximum(hidden @ weight[:split] + shared[row], 0.0),
-                            first=1)[:, 0]
-        score = np.exp(score - np.maximum.reduceat(score, start)[row])
-        score /= np.add.reduceat(score, start)[row]
-        lifted = self._stack('mlp2', hidden, last_relu=True)
-        crowd[state[start]] = np.add.reduceat(lifted * score[:, None], start)
-        return crowd
+        hidden = self._joint('mlp1', agents, weight[split:], own, weight[:split])
+        count = np.maximum(present.sum(axis=1, keepdims=True, dtype=np.float32), 1.0)
+        mean = _weighted_sum(present / count, hidden)
+        weight, split = self.tensors['attention.0.weight'], hidden.shape[-1]
+        score = self._joint('attention', hidden, weight[:split], mean, weight[split:])[..., 0]
+        score = np.where(present, score, LEAST_SCORE)
+        score = np.exp(score - score.max(axis=1, keepdims=True)) * present
+        # The best of the agents adds 1; the sum is less where there are none.
+        score /= np.maximum(score.sum(axis=1, keepdims=True), 1.0)
+        return _weighted_sum(score, self._stack('mlp2', hidden, last_relu=True))
+
+    def _joint(self, name, each, weight, common, common_weight):
+        """
+        Return what a stack makes (S, N, C) of `each` agent's (S, N, F) and a `common` part (S, G).
+
+        Its first layer is split: the part that all agents of a state have in common is multiplied
+        once per state instead of once per agent. A ReLU ends every stack but the attention's.
+        """
+        shared = common @ common_weight + self.tensors[f'{name}.0.bias']
+        x = each.reshape(-1, each.shape[-1]) @ weight
+        x = x.reshape(*each.shape[:2], -1)
+        x += shared[:, None]
+        np.maximum(x, 0.0, out=x)
+        return self._stack(name, x, first=1, last_relu=name != 'attention')
 
     def _stack(self, name, x, first=0, last_relu=False):
+        """Return the rows (..., C) that the layers of a stack from `first` on make of `x`."""
+        leading, x = x.shape[:-1], x.reshape(-1, x.shape[-1])
         count = len(self.metadata['network']['sizes'][name])
         for number in range(first, count):
             x = x @ self.tensors[f'{name}.{number}.weight']
             x += self.tensors[f'{name}.{number}.bias']
             if number < count - 1 or last_relu:
                 np.maximum(x, 0.0, out=x)
-        return x
+        return x.reshape(*leading, -1)
 
     def save(self, path):
         """Write the weights to `path` (.npz), whole or not at all."""
@@ -129,6 +142,11 @@ class ValueFunction:
         text = json.dumps(self.metadata | about, sort_keys=True)
         with atomic_write(path, 'wb') as stream:
             np.savez_compressed(stream, metadata=np.array(text), **self.tensors, **tensors)
+
+
+def _weighted_sum(weight, rows):
+    """Return the sums (S, C) of `rows` (S, N, C) times their `weight` (S, N)."""
+    return (weight[:, None] @ rows)[:, 0]
 
 
 def load_value_function(path):
