@@ -325,6 +325,16 @@ def test_a_turn_that_is_held_leads_out_where_one_step_of_it_does_not():
     assert held[0][0, 1] > once[0][0, 1]
 
 
+@pytest.mark.parametrize('horizons', [(4,), (2, 4, 6)])
+def test_where_every_way_is_clear_no_turn_is_held(horizons):
+    # All values are below 0: a way that nobody has looked at must not pass for worth nothing.
+    once, held = (Lookahead(nearness, make_actions(), Rule(horizons, turns=turns)).decide(
+        observe(PASSER)) for turns in ((1,), (1, 3)))
+
+    assert (held.scores == once.scores).all()
+    assert held.path == pytest.approx(once.path)
+
+
 def test_every_action_keeps_its_place_however_many_ways_begin_with_it():
     lookahead = Lookahead(nothing, make_actions(), Rule((2,), reward='R2', turns=(1, 2)))
 

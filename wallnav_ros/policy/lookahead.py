@@ -114,13 +114,14 @@ class Lookahead:
         expected = before * rollout.rewards - rule.aversion * (before - rollout.survival)
         gained = np.cumsum(powers[..., :-1] * expected, axis=-1)[..., horizons - 1]
         weight = powers[..., horizons] * rollout.survival[..., horizons - 1]
-        asked = ~rollout.over[..., horizons - 1] & self._worth_asking(rollout)[..., None]
+        looked_at = self._worth_asking(rollout)
+        asked = ~rollout.over[..., horizons - 1] & looked_at[..., None]
         # One look ahead tells which actions are worth the others.
         one = np.zeros_like(asked)
         one[..., len(horizons) // 2] = True
         leaves = self._leaves(robot, agents, walls, rollout)
         worth = gained + weight * self._values(leaves, asked & one)
-        scores = worth[..., len(horizons) // 2]
+        scores = np.where(looked_at, worth[..., len(horizons) // 2], -np.inf)
         if len(horizons) > 1:
             promising = _best(np.where(rollout.collided, -np.inf, scores), CONTENDERS)[..., None]
             worth += weight * self._values(leaves, asked & ~one & promising)
