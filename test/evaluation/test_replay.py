@@ -195,12 +195,15 @@ def test_a_laser_that_hangs_upside_down_sees_the_same_world(tmp_path):
 def test_decisions_are_taken_at_the_rate_the_weights_were_trained_for(recording):
     replay = run(recording, set_stage(survey_recording(recording, MOUNT)).stage)
 
-    driven = np.array([stamp for stamp, decision in zip(replay.stamps, replay.decisions)
-                       if decision in ('driving', 'waiting', 'blocked')])
-    assert np.mean(np.diff(driven)) == pytest.approx(0.25, abs=0.02)
+    # Until somebody comes too close to drive on, which calls for a decision out of turn.
+    undisturbed = next(number for number, decision in enumerate(replay.decisions)
+                       if decision not in ('driving', 'waiting'))
+    assert undisturbed > 10
+    interval = np.mean(np.diff(replay.stamps[:undisturbed]))
+    assert interval == pytest.approx(0.25, abs=0.02)
     assert (replay.commands[:, 0] >= 0.0).all()
     assert replay.commands[:, 0].max() <= 0.8
-    assert len(replay.decision_ms) >= len(driven)
+    assert len(replay.decision_ms) >= undisturbed
 
 
 def test_the_robot_is_told_to_stand_once_it_reached_the_goal(recording, drive):
