@@ -63,7 +63,6 @@ class Rollout:
 
     action: (P,) the action each way begins with; the ways of rule.turns[0] come first, in the
     order of the actions.
-
     poses: (B, P, H, 3); rewards: (B, P, H); over: (B, P, H) bool, the goal reached or a
     collision at or before that step; collided: (B, P) bool, a collision in the first step.
     survival: (B, P, H), the chance that no agent has been touched up to the end of that step.
