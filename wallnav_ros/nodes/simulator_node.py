@@ -21,7 +21,7 @@ from array import array
 from dataclasses import dataclass
 import json
 import sys
-from time import monotonic
+from time import monotonic, time_ns
 
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Twist, TwistStamped
 from nav_msgs.msg import Odometry
@@ -113,10 +113,12 @@ class SimulatorNode(Node):
         if np.isfinite(command).all():
             self._command, self._commanded = command, self._simulated
 
-    def _take_decision(self, message):
+    def _take_decision(self, message, info):
         sent = self._sent.pop(_nanoseconds(message.header.stamp), None)
         if sent is not None:
-            self._latency.add(monotonic() - sent)
+            # It arrived when DDS had it; that this node was simulating then is not the robot's.
+            waited = max(0.0, 1e-9 * (time_ns() - info['received_timestamp']))
+            self._latency.add(max(0.0, monotonic() - sent - waited))
 
     def _take_goal(self, message):
         if convert.frame_name(message.header.frame_id) != 'map':

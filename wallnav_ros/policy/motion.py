@@ -63,14 +63,15 @@ class Forecast:
 
     def hit(self, gap):
         """Return the chance (..., H, N, A) of contact from gaps (..., H, N, K, A) in metres."""
-        spread = np.moveaxis(self.spread, -1, -3)[..., None]
+        spread = np.moveaxis(self.spread, -1, -3)[..., None].astype(gap.dtype)
         short = gap / -np.maximum(spread, LEAST_SPREAD)
         # Most are too far off to be touched: to look for the others takes half the time.
         near = short > -FARTHEST
-        touches = np.zeros(short.shape)
+        touches = np.zeros(short.shape, short.dtype)
         touches[near] = ndtr(short[near])
         touches = np.where(spread > 0.0, touches, gap <= 0.0)
-        return np.einsum('...ka,...k->...a', touches, self.chance[..., None, :, :])
+        return np.einsum('...ka,...k->...a', touches,
+                         self.chance[..., None, :, :].astype(gap.dtype))
 
 
 def constant_velocity(agents, steps, time_step):

@@ -228,15 +228,20 @@ def _contacts(robot, agents, forecast, before, after):
     """
     moves = []
     for axis in (0, 1):
+        # Seen from the robot, single precision is exact to a micrometre, and twice as quick.
+        origin = robot.position[:, axis]
         # Axes (B, H, N, K, A), actions last: NumPy is quick along a long last axis.
-        start, end = (np.ascontiguousarray(part[..., axis].swapaxes(1, 2))[:, :, None, None]
-                      for part in (before, after))
-        there = forecast.position[..., axis].transpose(0, 3, 1, 2)
-        now = np.broadcast_to(agents.position[:, None, :, None, axis], there[:, :1].shape)
-        was = np.concatenate((now, there[:, :-1]), axis=1)
+        start, end = (np.ascontiguousarray(
+            part[..., axis].swapaxes(1, 2) - origin[:, None, None], np.float32)[:, :, None, None]
+            for part in (before, after))
+        there = (forecast.position[..., axis].transpose(0, 3, 1, 2)
+                 - origin[:, None, None, None]).astype(np.float32)
+        now = (agents.position[:, None, :, None, axis]
+               - origin[:, None, None, None]).astype(np.float32)
+        was = np.concatenate((np.broadcast_to(now, there[:, :1].shape), there[:, :-1]), axis=1)
         moves.append((start - was[..., None], (end - start) - (there - was)[..., None]))
     gap = least_distance(*moves[0], *moves[1])
-    gap -= (robot.radius[:, None] + agents.radius)[:, None, :, None, None]
+    gap -= (robot.radius[:, None] + agents.radius)[:, None, :, None, None].astype(np.float32)
     np.copyto(gap, np.inf, where=~agents.present[:, None, :, None, None])
     missed = (1.0 - forecast.hit(gap)).prod(axis=2)
     likely = gap[np.arange(len(gap))[:, None], :, np.arange(gap.shape[2]),
