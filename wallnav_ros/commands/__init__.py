@@ -23,3 +23,7 @@ import os
 # threads wait for each other. Workers are processes instead.
 for _name in ('OMP_NUM_THREADS', 'OPENBLAS_NUM_THREADS'):
     os.environ.setdefault(_name, '1')
+
+from wallnav_ros.world.extras import explain_missing_extras  # noqa: E402
+
+explain_missing_extras()

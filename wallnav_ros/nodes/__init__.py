@@ -27,3 +27,7 @@ import cv2  # noqa: E402
 
 # Nor do they help with images of a few hundred pixels: they are waited for.
 cv2.setNumThreads(1)
+
+from wallnav_ros.world.extras import explain_missing_extras  # noqa: E402
+
+explain_missing_extras()
