@@ -245,6 +245,20 @@ def test_another_world_is_drawn_where_one_is_too_small_for_its_crowd():
         draw_with_room(family, lambda: 2, too_small_for(small))
 
 
+def test_an_episode_of_a_family_takes_the_next_world_where_its_own_is_too_small():
+    roomy = load_scenario('cross_path')
+    crammed = replace(roomy, cases={'mixed': {'static': 500}})
+
+    class Family:
+        def at(self, seed):
+            return crammed if seed == 5 else roomy
+
+    assert draw_episode(Family(), 'mixed', 4).scenario is roomy
+    instead = draw_episode(Family(), 'mixed', 5)
+    assert instead.scenario is roomy
+    assert fingerprint(instead) == fingerprint(draw_episode(roomy, 'mixed', 5))
+
+
 def test_a_world_that_is_the_only_one_is_asked_once():
     scenario, seeds = load_scenario('cross_path'), iter(range(10))
 

@@ -18,6 +18,7 @@ Paper section 1 and Table 1; the same seed gives the same episode, to the byte.
 """
 
 from dataclasses import dataclass
+from itertools import count
 from zlib import crc32
 
 import numpy as np
@@ -34,6 +35,7 @@ MIN_WALK = 4.0         # m, a walking agent's goal is this far, or the farthest 
 ATTEMPTS = 2000
 GOAL_ATTEMPTS = 30
 WORLDS = 100           # of a family that are drawn before one must have had room for its crowd
+NEXT_WORLD = 1_000_003  # from the seed of one such world to that of the next: of no episode near
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,11 +62,17 @@ def draw_episode(scenario, case, seed, radius=None, preferred_speed=None):
     """
     Draw episode `seed` of `case` of a Scenario or Family.
 
-    `radius` and `preferred_speed` override the robot's.
+    `radius` and `preferred_speed` override the robot's. Where the world that a Family draws for
+    this seed is too small for its crowd, the next that is not takes its place.
 
     Raises ScenarioError when the case does not fit in the free space.
     """
-    scenario = scenario.at(seed)
+    worlds = count(int(seed), NEXT_WORLD)
+    return draw_with_room(scenario, worlds.__next__, lambda world: _draw_in(
+        world, case, seed, radius, preferred_speed))
+
+
+def _draw_in(scenario, case, seed, radius, preferred_speed):
     rng = np.random.default_rng((int(seed), crc32(f'{scenario.name}/{case}'.encode())))
     static, dynamic = scenario.counts(case)
     robot = Robot(
