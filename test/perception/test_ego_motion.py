@@ -253,3 +253,30 @@ def test_an_untracked_robot_that_sees_nothing_it_knows_stands():
 
     assert motion.correction == pytest.approx(np.zeros(3))
     assert not motion.certain
+
+
+def pace_along(poses):
+    """Return the pace after a scan of nothing at each of `poses` (3,), PERIOD apart."""
+    motion = EgoMotion(TrackerSettings())
+    for number, pose in enumerate(poses):
+        elapsed = PERIOD * (number > 0)
+        motion.locate(np.empty((0, 2)), NOBODY, np.asarray(pose), True, elapsed, elapsed, 'scan')
+    return motion.pace
+
+
+def test_a_pace_is_metres_and_radians_a_second():
+    assert pace_along(path(20, step=(0.05, 0.0, 0.0))) == pytest.approx(0.5)
+    assert pace_along(path(20, step=(0.0, 0.0, 0.03))) == pytest.approx(0.3)
+    assert pace_along(path(2, step=(0.05, 0.0, 0.03))) == pytest.approx(0.5 + 0.3)
+
+
+def test_scans_that_are_placed_to_and_fro_are_no_pace():
+    # 0.3 m/s from each scan to the next, and nowhere in a second.
+    to_and_fro = [np.array([0.03 * (step % 2), 0.0, 0.0]) for step in range(20)]
+    assert pace_along(to_and_fro) < 0.01
+
+
+def test_a_pace_is_over_a_second_after_the_robot_has_stopped():
+    poses = path(20, step=(0.05, 0.0, 0.0))
+    assert pace_along(poses + 5 * poses[-1:]) > 0.05
+    assert pace_along(poses + 11 * poses[-1:]) == pytest.approx(0.0, abs=1e-9)

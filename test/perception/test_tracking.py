@@ -94,6 +94,20 @@ def test_one_who_has_walked_and_stands_stays_human():
     assert np.hypot(*results[-1].velocity[index]) < 0.2
 
 
+@pytest.mark.parametrize('since, people', [(0.0, False), (2.0, True)])
+def test_who_has_only_just_begun_to_look_believes_no_way_alone(since, people):
+    # Somebody comes and goes 0.8 m within 0.8 s; no beam returns from anything else, so that
+    # nothing but the way tells who it is.
+    tracker, rng = Tracker(), np.random.default_rng(5)
+    humans = []
+    for time in PERIOD * np.arange(45):
+        discs = [(1.9, min(time - since, 0.8), 0.15)] * bool(time >= since)
+        ranges = discs_seen.before(np.full(BEAMS, np.inf), ANGLES, np.zeros(3), discs)
+        ranges = np.where(np.isfinite(ranges), ranges, np.nan) + rng.normal(0.0, 0.01, BEAMS)
+        humans.append((tracker.update(scan_at(time, ranges), np.zeros(3)).label == HUMAN).any())
+    assert any(humans) is people
+
+
 def test_a_walker_keeps_its_identity_behind_a_pillar():
     results = follow(Tracker(), lambda time: [(2.5, -1.6 + time, 0.2), (1.2, 0.0, 0.15)], 33)
     before = results[8].id[near(results[8], [2.5, -0.8])]

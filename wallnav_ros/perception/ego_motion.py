@@ -23,6 +23,7 @@ from scipy.spatial import cKDTree
 from wallnav_ros.world.geometry import (
     compose, distances, invert, rotate, to_parent, wrap_angle)
 
+PACE_SPAN = 1.0        # s over which a pace is told; noise of single scans looks like speed
 # Along one axis of the world there are fewer cells of `_judge` than this: 500 km.
 _CELLS = 1e6
 
@@ -34,6 +35,7 @@ class EgoMotion:
     correction: (3,) the caller's frame in the inner one. With odometry it makes up for what
     that gets wrong; without, the caller's frame is the robot's own and this is its motion.
     rate: (3,) m/s, m/s, rad/s of the robot, in its own frame at the time.
+    pace: m/s and rad/s, added up, that it has gone on average over the last PACE_SPAN seconds.
     certain: bool, the last scan agreed with earlier ones.
     misfit: share of the last scan that lies beside what earlier ones saw; None where it was not
     compared, or too little of it.
@@ -43,9 +45,11 @@ class EgoMotion:
         self.settings = settings
         self.correction = np.zeros(3)
         self.rate = np.zeros(3)
+        self.pace = 0.0
         self.certain = False
         self.misfit = None
         self._last = {}
+        self._steps = {}
         self._references = {}
 
     def predict(self, given, known, elapsed):
@@ -89,12 +93,26 @@ class EgoMotion:
         # Over the way since another scanner's scan, a moment ago, noise would be speed.
         if interval > 0.0:
             self.rate = step / interval
+            self.pace = self._pace(step, interval, sensor)
         self._last[sensor] = given, self.correction
         return pose
 
     def forget(self, sensor):
         """Forget the key scans of a scanner, not where it is."""
         self._references.pop(sensor, None)
+
+    def _pace(self, step, interval, sensor):
+        """Return the pace after another `step` (3,) of a scanner in `interval` seconds."""
+        steps = self._steps.setdefault(sensor, [])
+        steps.append(np.array([*step, interval]))
+        while sum(step[3] for step in steps[1:]) >= PACE_SPAN - 1e-3:
+            del steps[0]
+        # From the mean of the earlier half to that of the later one: scans that are placed to
+        # and fro, as among few surfaces, leave both where they are.
+        way = np.vstack((np.zeros(4), np.cumsum(steps, axis=0)))
+        half = len(way) // 2
+        x, y, turn, span = way[-half:].mean(axis=0) - way[:half].mean(axis=0)
+        return (np.hypot(x, y) + abs(turn)) / span
 
     def _standing(self, points, people, pose):
         """Return those of `points` (P, 2) of the laser at `pose` that are not on `people`."""

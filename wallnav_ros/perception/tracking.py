@@ -119,7 +119,9 @@ class Tracker:
             self.resets += 1
             self._forget()
             elapsed = 0.0
-        self._stamp = stamp if self._stamp is None else max(stamp, self._stamp)
+        if self._stamp is None:
+            self._began = self._stamp = stamp
+        self._stamp = max(stamp, self._stamp)
         self._known = known
         return max(elapsed, 0.0)
 
@@ -137,7 +139,7 @@ class Tracker:
         self._motion = EgoMotion(self.settings)
         for order in self._orders.values():
             order.restart()
-        self._stamp = None
+        self._began = self._stamp = None
 
     def _unlearn(self, sensor):
         """Forget what the bent scans of a scanner showed: things stay, as to what they are."""
@@ -213,11 +215,13 @@ class Tracker:
 
     def _trust(self, mapped):
         """Return (log-odds a second for what moves, share of a leap that may be a mix-up)."""
-        settings, rate = self.settings, self._motion.rate
+        settings = self.settings
         if mapped:
             return settings.mapped_rate, 0.0
-        # From a moving laser other sides of things are seen: that alone is no motion.
-        stands = np.hypot(rate[0], rate[1]) + abs(rate[2]) < 0.05
+        # From a moving laser other sides of things are seen: that alone is no motion. And who
+        # has only just begun to look does not know what flickers.
+        watched = self._stamp - self._began >= settings.still_age
+        stands = watched and self._motion.pace < 0.05
         sure = stands and self._motion.certain
         return settings.moved_rate * stands, settings.leap_share * (not sure)
 
