@@ -22,6 +22,7 @@ from collections import deque
 from diagnostic_msgs.msg import DiagnosticStatus
 import numpy as np
 
+from wallnav_ros.navigation.given_path import GivenPath
 from wallnav_ros.nodes.conversions import diagnostic_status
 from wallnav_ros.nodes.parameters import declare
 
@@ -33,6 +34,14 @@ def declare_diagnostics_period(node):
     """Return the seconds between two messages of `node` on `diagnostics`; raises ValueError."""
     return declare(node, 'diagnostics_period', 1.0, 's between two messages on diagnostics',
                    (0.01, 60.0))
+
+
+def tell_reversal(node, topic, tracker, before):
+    """Log for `node` that a Tracker reverses the beams of `topic`, if it did not `before`."""
+    if tracker.reversed_sensors != before:
+        node.get_logger().warning(
+            f'{topic}: its beams fit earlier scans only if taken in the order opposite to '
+            'what the message says, and are straightened so')
 
 
 class Latencies:
@@ -96,5 +105,7 @@ def _way(navigator):
     way = navigator.way
     if way is None:
         return {'way': 'straight'}
-    return {'way': 'given' if way is not guide.route else 'planned', 'detours': guide.detours,
+    # A detour is the robot's own plan too.
+    kind = 'given' if isinstance(way, GivenPath) else 'planned'
+    return {'way': kind, 'detours': guide.detours,
             'to_go': f'{float(way.to_go(place.newest()[:2])):.1f}'}

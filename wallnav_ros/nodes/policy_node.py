@@ -37,7 +37,7 @@ from wallnav_ros.navigation.localisation import MAP
 from wallnav_ros.navigation.plans import Status
 from wallnav_ros.navigation.watchdogs import Stop
 from wallnav_ros.nodes import conversions as convert
-from wallnav_ros.nodes.health import Latencies, navigation_status
+from wallnav_ros.nodes.health import Latencies, navigation_status, tell_reversal
 from wallnav_ros.nodes.policy_display import Display
 from wallnav_ros.nodes.policy_parameters import (
     declare_options, follow_changes, make_navigator)
@@ -129,9 +129,11 @@ class PolicyNode(Node):
             return
         if self._frames is not None:
             self._look_up_mount(convert.frame_name(message.header.frame_id))
-        before = self.navigator.plan
+        before, tracker = self.navigator.plan, self.navigator.tracker
+        reversed_before = tracker.reversed_sensors
         used = self.navigator.take_scan(scan, self._now())
         self._act_on_new_plan(before, received)
+        tell_reversal(self, 'scan', tracker, reversed_before)
         if used:
             self._display.show_tracks()
 

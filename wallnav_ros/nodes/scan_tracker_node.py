@@ -35,7 +35,7 @@ from wallnav_ros.mapping.wall_extraction import extract_walls
 from wallnav_ros.navigation.localisation import Localisation, MAP
 from wallnav_ros.navigation.surfaces import scan_points
 from wallnav_ros.nodes import conversions as convert
-from wallnav_ros.nodes.health import declare_diagnostics_period, Latencies
+from wallnav_ros.nodes.health import declare_diagnostics_period, Latencies, tell_reversal
 from wallnav_ros.nodes.markers import track_markers
 from wallnav_ros.nodes.parameters import declare, declare_pose, declare_settings
 from wallnav_ros.nodes.runner import run
@@ -143,10 +143,7 @@ class ScanTrackerNode(Node):
         self._scans += 1
         before = self.tracker.reversed_sensors
         self._tracks = self.tracker.update(scan, sensor=topic, **place)
-        if self.tracker.reversed_sensors != before:
-            self.get_logger().warning(
-                f'{topic}: its beams fit earlier scans only if taken in the order opposite to '
-                'what the message says, and are straightened so')
+        tell_reversal(self, topic, self.tracker, before)
         if self._has_odometry:
             self._frame = self.place.odom_frame
         else:
