@@ -18,6 +18,8 @@ import sys
 
 import pytest
 
+from wallnav_ros.world.extras import EXTRAS
+
 RUN = """
 import runpy, sys
 sys.argv = [{tool!r}]
@@ -32,19 +34,28 @@ def run_without(missing, tool):
                           capture_output=True, text=True, timeout=60.0)
 
 
-@pytest.mark.parametrize('tool, missing', [
-    ('evaluate', 'tqdm'), ('evaluate', 'pyrvo'), ('replay', 'rosbags')])
-def test_the_line_names_the_tool_the_library_and_the_way_out(tool, missing):
+@pytest.mark.parametrize('tool, missing, target', [
+    ('evaluate', 'tqdm', 'setup'), ('evaluate', 'pyrvo', 'setup'), ('replay', 'rosbags', 'setup'),
+    ('score_tracking', 'motmetrics', 'test')])
+def test_the_line_names_the_tool_the_library_and_the_way_out(tool, missing, target):
     for library in {'tqdm', 'pyrvo', 'rosbags'} - {missing}:
         pytest.importorskip(library)
     ended = run_without(missing, tool)
     assert ended.returncode == 1
     line, = ended.stderr.splitlines()
     assert line.startswith(f'{tool}: {missing} is not installed')
-    assert 'make setup' in line and f'pip install {missing}' in line
+    assert f'make {target}`' in line and f'pip install {missing}' in line
+
+
+def test_every_library_is_in_a_list_of_what_its_target_installs(repository):
+    lists = {'setup': ('tools.txt', 'no_deps.txt'), 'test': ('test.txt',)}
+    for library, target in EXTRAS.items():
+        listed = [line.partition('==')[0] for name in lists[target]
+                  for line in (repository / 'requirements' / name).read_text().splitlines()]
+        assert library in listed
 
 
 def test_any_other_missing_module_keeps_its_traceback():
     ended = run_without('json', 'extract_walls')
     assert ended.returncode == 1
-    assert 'Traceback' in ended.stderr and 'make setup' not in ended.stderr
+    assert 'Traceback' in ended.stderr and '`make' not in ended.stderr

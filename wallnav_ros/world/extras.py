@@ -11,12 +11,14 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""What a tool says when a library is missing that apt does not have: one line, and the way out."""
+"""What a tool says when a library of its own is missing: one line, and the way out."""
 
 from pathlib import Path
 import sys
 
-EXTRAS = {'gymnasium', 'motmetrics', 'pyrvo', 'rosbags', 'torch', 'tqdm'}
+# The target of the Makefile that installs each, from the lists in requirements/.
+EXTRAS = {'gymnasium': 'test', 'motmetrics': 'test', 'pyrvo': 'setup', 'rosbags': 'setup',
+          'torch': 'test', 'tqdm': 'setup'}
 
 
 def explain_missing_extras():
@@ -28,6 +30,6 @@ def explain_missing_extras():
         if not issubclass(kind, ModuleNotFoundError) or name not in EXTRAS:
             before(kind, error, traceback)
             return
-        print(f'{Path(sys.argv[0]).stem}: {name} is not installed: run `make setup` in the '
-              f'sources of wallnav_ros, or pip install {name}', file=sys.stderr)
+        print(f'{Path(sys.argv[0]).stem}: {name} is not installed: run `make {EXTRAS[name]}` in '
+              f'the sources of wallnav_ros, or pip install {name}', file=sys.stderr)
     sys.excepthook = explain
