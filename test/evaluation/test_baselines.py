@@ -57,16 +57,17 @@ def test_a_weight_file_of_any_baseline_is_a_policy(tmp_path, kind):
 
     assert policy.lookahead.sight == BASELINES[kind].sight
     assert policy.lookahead.rule.horizons == (1,)
-    changed = load_policy(str(tmp_path / 'some.npz'), (2, 4), 0.1)
+    changed = load_policy(str(tmp_path / 'some.npz'), (2, 4), 0.1, turns=(1, 3))
     assert changed.lookahead.rule.horizons == (2, 4)
     assert changed.lookahead.rule.caution == 0.1
+    assert changed.lookahead.rule.turns == (1, 3)
 
 
 def test_its_campaigns_are_the_same_on_any_number_of_workers(tmp_path, kind):
     path = write(tmp_path / 'some.npz', kind)
     campaigns = [Campaign(path, 'cross_path', case, range(2)) for case in ('none', 'mixed')]
 
-    alone, together = (run_campaigns(campaigns, workers, progress=False) for workers in (1, 2))
+    alone, together = (run_campaigns(campaigns, workers) for workers in (1, 2))
 
     for cell, twin in zip(alone, together):
         for one, other in zip(cell, twin):

@@ -66,7 +66,7 @@ def test_results_come_by_campaign_and_in_the_order_of_seeds(scenario):
     campaigns = [Campaign('orca', scenario, 'busy', range(5, 5 + BATCH + 3)),
                  Campaign('orca', scenario, 'none', range(2))]
 
-    busy, none = run_campaigns(campaigns, progress=False)
+    busy, none = run_campaigns(campaigns)
 
     assert [result.seed for result in busy] == list(range(5, 5 + BATCH + 3))
     assert [(result.seed, result.case) for result in none] == [(0, 'none'), (1, 'none')]
@@ -78,8 +78,8 @@ def test_two_workers_give_the_results_of_one(scenario, weights, model):
     campaigns = [Campaign(model, scenario, 'busy', range(BATCH + 2)),
                  Campaign(model, scenario, 'none', range(3))]
 
-    alone = run_campaigns(campaigns, progress=False)
-    together = run_campaigns(campaigns, workers=2, progress=False)
+    alone = run_campaigns(campaigns)
+    together = run_campaigns(campaigns, workers=2)
 
     assert figures(together) == figures(alone)
     assert all((one.path == other.path).all() for cell, twin in zip(alone, together)
@@ -88,7 +88,7 @@ def test_two_workers_give_the_results_of_one(scenario, weights, model):
 
 def test_an_episode_does_not_depend_on_where_the_campaign_starts_but_for_rounding(scenario):
     """Seed 4 as the fifth episode of one campaign and as the first of another."""
-    late, early = (run_campaigns([Campaign('orca', scenario, 'busy', seeds)], progress=False)[0]
+    late, early = (run_campaigns([Campaign('orca', scenario, 'busy', seeds)])[0]
                    for seeds in (range(5), range(4, 6)))
 
     assert (late[4].seed, late[4].outcome) == (early[0].seed, early[0].outcome)

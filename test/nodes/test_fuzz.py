@@ -50,6 +50,8 @@ class World:
         self.live = [setting for setting in SETTINGS if setting.live]
         self.time, self.pose = 1000.0, np.zeros(3)
         self.nonsense = False
+        self.given = np.zeros(2)
+        self.update, node.navigator.update = node.navigator.update, self.note_update
         self.makers = {'/odom': self.odometry, '/scan': self.scan, '/goal_pose': self.goal,
                        '/amcl_pose': self.fix, '/plan': self.path, '/map': self.map,
                        '/tracks': self.tracks}
@@ -60,11 +62,13 @@ class World:
         if self.rng.random() < 2e-4:
             self.time = max(1.0, self.time + self.rng.choice((-100.0, -0.2, 0.5, 1e6)))
         self.node.get_clock().set_ros_time_override(Time(nanoseconds=round(self.time * 1e9)))
-        self.pose = drive_unicycle(self.pose, *self.command(), STEP)
+        self.pose = drive_unicycle(self.pose, *self.given, STEP)
 
-    def command(self):
-        """Return what the node gave last, (2,) m/s and rad/s."""
-        return self.node.navigator.command
+    def note_update(self, now, steady):
+        """Let the navigator say what to do, and note the command (2,) that it gives."""
+        status = self.update(now, steady)
+        self.given = status.command
+        return status
 
     def send(self):
         """Hand one input to the node; returns whether it changed the limits in force."""
@@ -113,8 +117,8 @@ class World:
     def odometry(self):
         message = self.header(Odometry(child_frame_id='base_link'), 'odom')
         message.pose.pose = self.placed(self.pose)
-        message.twist.twist.linear.x = self.number(self.command()[0])
-        message.twist.twist.angular.z = self.number(self.command()[1])
+        message.twist.twist.linear.x = self.number(self.given[0])
+        message.twist.twist.angular.z = self.number(self.given[1])
         return message
 
     def placed(self, pose):
@@ -211,7 +215,7 @@ def test_no_input_raises_or_drives_the_robot_beyond_its_limits(node, rng):
         if number % 200 == 0:
             for timer in timers[1:]:
                 timer()
-        base, (speed, turn_rate) = node.navigator.settings.base, world.command()
+        base, (speed, turn_rate) = node.navigator.settings.base, world.given
         assert (0.0 if not base.reverse else -base.max_speed) <= speed <= base.max_speed
         assert abs(turn_rate) <= base.max_turn_rate
         driven += speed > 0.05

@@ -66,11 +66,11 @@ def is_baseline(path):
     return metadata['network'].get('kind') in BASELINES
 
 
-def load_baseline(path, horizons=None, caution=None):
+def load_baseline(path, horizons=None, caution=None, turns=None):
     """
     Return the policy of a baseline's weight file.
 
-    `horizons` and `caution` override its decision rule. Raises WeightsError (one line).
+    `horizons`, `caution` and `turns` override its decision rule. Raises WeightsError (one line).
     """
     metadata, arrays = value_function.read_weights(path)
     kind = BASELINES[metadata['network']['kind']]
@@ -79,5 +79,5 @@ def load_baseline(path, horizons=None, caution=None):
         path, metadata, arrays, sight.describe(), kind.layers,
         lambda sizes: kind.shapes(sizes, sight.own, sight.agent))
     lookahead = Lookahead.from_weights(kind.value(metadata, tensors), horizons, caution,
-                                       constant_velocity=True)
+                                       constant_velocity=True, turns=turns)
     return sight.policy(sight.lookahead(lookahead.value, lookahead.actions, lookahead.rule))

@@ -80,12 +80,12 @@ def load_policy(model, horizons=None, caution=None, constant_velocity=False, tur
         return OrcaPolicy(make_actions())
     path = find_asset('models', model, '.npz')
     if is_baseline(path):
-        return load_baseline(path, horizons, caution)
+        return load_baseline(path, horizons, caution, turns)
     return GreedyPolicy(Lookahead.from_weights(
         load_value_function(path), horizons, caution, constant_velocity, turns))
 
 
-def run_campaigns(campaigns, workers=1, progress=True):
+def run_campaigns(campaigns, workers=1):
     """
     Return one list of EpisodeResult per campaign, in the order of its seeds.
 
@@ -96,7 +96,7 @@ def run_campaigns(campaigns, workers=1, progress=True):
             for start in range(0, len(campaign.seeds), BATCH)]
     batches = {}
     with tqdm(total=sum(len(campaign.seeds) for campaign in campaigns), desc='evaluating',
-              unit='episode', disable=not progress) as bar:
+              unit='episode') as bar:
         for job, batch in _run_batches(
                 [(campaigns[number], seeds) for number, seeds in jobs], workers):
             batches[job] = batch

@@ -113,11 +113,6 @@ class Driver:
         safe = self._stoppable(observation, command[None], self.time_step, now)[0]
         return command if safe else None
 
-    @property
-    def command(self):
-        """Return what was given last, (2,) m/s and rad/s."""
-        return self._ramp.command
-
     def reach(self, period):
         """Return how far off, in metres, things matter to a command due every `period` s."""
         return self._base.clearance + self._radius + stopping_distance(

@@ -84,11 +84,6 @@ class Navigator:
         self.scene.map_walls, self.plan = walls, None
 
     @property
-    def command(self):
-        """Return what was given last, (2,) m/s and rad/s."""
-        return self._driver.command
-
-    @property
     def walls(self):
         """Return the DistanceField of the mapped walls, in the map frame, or None."""
         return self.scene.map_walls
@@ -130,7 +125,7 @@ class Navigator:
 
     @property
     def way(self):
-        """Return the Route or GivenPath followed to the goal, None for straight."""
+        """Return the GivenPath, Route or Detour followed to the goal, None for straight."""
         return self.guide.way(self.localisation, self._room)
 
     @property
