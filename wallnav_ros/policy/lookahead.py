@@ -42,7 +42,8 @@ class Decision:
     command: (2,) m/s and rad/s. action: its index. safe: False when every action is predicted
     to collide within one step (the command then stops). path: (K, 3) poses predicted along
     the action, in the observation's frame. scores: (A,), -inf where a collision is predicted
-    within one step, and where one horizon says that CONTENDERS others are better.
+    within one step, where one horizon says that CONTENDERS others are better, and for STOP
+    where nobody walks within WAITING metres.
     """
 
     command: np.ndarray

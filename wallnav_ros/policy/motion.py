@@ -12,7 +12,7 @@
 # See the License for the specific language governing permissions and
 # limitations under the License.
 """
-Where each agent may be in a second and a half: a few likely ways, each with its spread.
+Where each agent may be in the next 2.5 s: a few likely ways, each with its spread.
 
 A mixture of trajectories from a small network, in the manner of Chai et al. ("MultiPath",
 2019); it sees what a robot can see: how an agent has moved, its neighbours and the walls.
