@@ -60,8 +60,8 @@ maps, which `make_maps` draws from the walls alone. People see the robot and lea
 0.2 m (`robot.berth`); without it, ORCA's people brush past at no distance at all, and a robot that
 stands is touched.
 
-The shipped weights were trained in passages of 1.2 m and more. In the bends the policy gets
-nowhere by itself; what helps it along is described in
+The shipped weights were trained in ways of 1.2 m and more, with gaps of 0.9 m and more beside
+pillars. In the bends the policy gets nowhere by itself; what helps it along is described in
 [nodes](nodes.md#the-way-to-the-goal), and `evaluate`, which runs the policy alone, does not have
 it. A pose that is off by 5 cm is of no use in a passage that leaves 11 cm on each side: scans are
 matched with the map around it ([nodes](nodes.md#frames)).
