@@ -139,8 +139,6 @@ class TrackerSettings:
     """m between two tracks of legs that are one person's: they pass each other in each step."""
     leg_drift: float = 0.7
     """m/s between the two; more, and they are two people who pass."""
-    abreast: float = 0.5
-    """m between the middles of two people, at least: the width of a pair of shoulders."""
     edge_margin: float = 0.05
     """m beyond a disc where its limb, hit at a slant, may break off as a cluster of its own."""
 
@@ -196,7 +194,7 @@ class TrackerSettings:
     map_noise: float = 0.04
     """m; half a cell of a common map, and what mapping bent."""
     pose_noise: float = 0.05
-    """m; of a robot in its map, where nobody tells: one cell."""
+    """m; of a robot in its map, where nobody tells and no scan matches: one cell."""
     heading_noise: float = 0.02
     """rad; the same of its heading: what scan matching comes to in a corridor."""
     wall_deviations: float = 2.0
