@@ -37,7 +37,7 @@ def distance_field(walls: Walls, resolution=0.05, margin=1.0) -> DistanceField:
     """
     Return the distance to `walls`, sampled every `resolution` metres, `margin` m beyond them.
 
-    At nodes within 4 m of a wall the distance is exact (to 5 mm where segments shorter than
+    At nodes within 4 m of a wall the distance is exact (to 8 mm where segments shorter than
     `resolution` crowd), farther off it may be 0.71 `resolution` too large. Between nodes, where
     the field is looked up bilinearly, it errs by up to 0.71 `resolution` beside a wall.
     Walls without a segment give `DistanceField.empty()`.
