@@ -139,6 +139,15 @@ def test_legs_that_swing_are_one_person():
     assert near(results[-1], [2.0, 0.92]) is not None
 
 
+@pytest.mark.parametrize('apart, people', [(0.4, 1), (0.7, 2)])
+def test_two_that_go_closer_than_shoulders_allow_are_one_person(apart, people):
+    def discs_at(time):
+        return [(2.0, -1.5 + time, 0.14), (2.0, -1.5 + time - apart, 0.14)]
+    results = follow(Tracker(), discs_at, 30)
+    ids = {int(number) for tracks in results for number in tracks.id[tracks.label == HUMAN]}
+    assert len(ids) == people
+
+
 def test_a_clock_set_back_starts_anew_with_new_identities():
     tracker = Tracker()
     before = follow(tracker, lambda time: [(2.0, 0.5, 0.2)], 10, start=100.0)[-1]

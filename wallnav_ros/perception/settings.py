@@ -139,6 +139,8 @@ class TrackerSettings:
     """m between two tracks of legs that are one person's: they pass each other in each step."""
     leg_drift: float = 0.7
     """m/s between the two; more, and they are two people who pass."""
+    abreast: float = 0.5
+    """m between the middles of two people, at least: the width of a pair of shoulders."""
     edge_margin: float = 0.05
     """m beyond a disc where its limb, hit at a slant, may break off as a cluster of its own."""
 

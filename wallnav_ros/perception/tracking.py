@@ -266,12 +266,14 @@ class Tracker:
         table.keep(~((twin & (rank[:, None] < rank[None])) | edge).any(axis=1))
 
     def _crowded(self):
-        """Return (N,) bool: a leg beside a person, who may well be its owner."""
+        """Return (N,) bool: what is so close to a person that it may be a part of them."""
         settings, table = self.settings, self._table
-        people = np.flatnonzero(table.human)
-        gap = distances(table.position, table.position[people])
+        gap = distances(table.position, table.position)
         leg = (table.radius < settings.leg_width / 2.0) & (table.pair < 0.3)
-        return leg & ((gap < settings.stride) & (gap > 0.0)).any(axis=1)
+        owned = leg & ((gap < settings.stride) & (gap > 0.0) & table.human).any(axis=1)
+        # Of two that come forth together, the elder is the person (rows are in order of birth).
+        likely = table.human | (table.motion > settings.human_odds)
+        return owned | np.tril((gap < settings.abreast) & likely, -1).any(axis=1)
 
     def _report(self, stamp):
         table = self._table
