@@ -88,7 +88,7 @@ that stand.
 - *Lost identities.* Remembering people for four seconds behind what hides them, or giving whoever
   turns up beside one who is looked for that one's identity, changed no count of people, and
   brought more false ones back.
-- *Crowds.* In `tamu_people_2023/example9` people overlap in pairs, and some get a second identity.
+- *Crowds.* In `tamu_people_2023/example9` people overlap in pairs, and two get a second identity.
 
 ## Pictures
 
