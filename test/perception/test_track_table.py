@@ -132,7 +132,7 @@ def test_tracks_are_born_at_rest_where_they_are_seen():
     start(table, [[1.0, 2.0], [3.0, 4.0]], stamp=7.0)
     assert table.position.tolist() == [[1.0, 2.0], [3.0, 4.0]]
     assert not table.velocity.any() and not table.human.any() and not table.score.any()
-    assert table.born.tolist() == table.seen.tolist() == [7.0, 7.0]
+    assert table.seen.tolist() == [7.0, 7.0]
     assert (table.trail == table.position[:, None]).all()
 
 

@@ -196,8 +196,6 @@ def test_memory_gives_views_of_an_age_and_of_the_same_scanner_only():
     memory.add(view_at(3.0, beams=45))
     assert [view.stamp for view in memory.older_than(9.0, view_at(9.0, beams=45))] == [3.0]
     assert memory.older_than(9.0, view_at(9.0)) == []
-    memory.clear()
-    assert memory.older_than(9.0, view_at(9.0, beams=45)) == []
 
 
 def test_memory_is_bounded_reaches_far_back_and_is_denser_where_it_is_fresh():

@@ -250,6 +250,7 @@ def test_an_episode_of_a_family_takes_the_next_world_where_its_own_is_too_small(
     crammed = replace(roomy, cases={'mixed': {'static': 500}})
 
     class Family:
+
         def at(self, seed):
             return crammed if seed == 5 else roomy
 

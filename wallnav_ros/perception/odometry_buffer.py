@@ -38,7 +38,6 @@ class PoseBuffer:
         self.duration = duration
         self.extrapolation = extrapolation
         self.max_gap = max_gap
-        self.resets = 0
         self._stamps = []
         self._poses = []
 
@@ -46,18 +45,12 @@ class PoseBuffer:
         """Return the number of poses held."""
         return len(self._stamps)
 
-    @property
-    def newest(self):
-        """Return the stamp of the newest pose in seconds, or None."""
-        return self._stamps[-1] if self._stamps else None
-
     def add(self, stamp, pose):
         """
         Remember `pose` (3,) at `stamp` seconds; returns whether it was usable.
 
         A pose that is not finite is dropped. A stamp older than the newest by more than
-        `max_gap` means the clock was set back: the history is forgotten and counted in
-        `resets`. Slightly older stamps are messages out of order and are dropped.
+        `max_gap` means the clock was set back: the history is forgotten. Slightly older stamps are messages out of order and are dropped.
         """
         pose = np.asarray(pose, dtype=float)
         # For three numbers, `math` takes a tenth of NumPy's time; odometry comes at 100 Hz.
@@ -67,7 +60,6 @@ class PoseBuffer:
             if stamp >= self._stamps[-1] - self.max_gap:
                 return False
             self.clear()
-            self.resets += 1
         self._stamps.append(float(stamp))
         self._poses.append(pose)
         stale = bisect_right(self._stamps, stamp - self.duration)

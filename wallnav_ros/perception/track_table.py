@@ -33,7 +33,7 @@ class TrackTable:
     variance of the velocity's.
     radius: (N,) m. pair: (N,) share of the recent scans in which two legs were seen.
     apart: (N,) share of the recent scans in which it stood clear of anything large; hits: (N,)
-    share in which it was seen. born, seen: (N,) s. turn: (N,) int, the scan it was last seen in.
+    share in which it was seen. seen: (N,) s, when last. turn: (N,) int, the scan it was last seen in.
     score: (N,) evidence that it exists, 1 when certain.
     motion: (N,) log-odds that it moves by itself; proof: (N,) all that ever spoke for it.
     human: (N,) bool, the label with hysteresis.
@@ -44,7 +44,7 @@ class TrackTable:
     COLUMNS = {'id': ((), np.uint32), 'position': ((2,), float), 'velocity': ((2,), float),
                'covariance': ((3,), float), 'radius': ((), float), 'pair': ((), float),
                'apart': ((), float), 'hits': ((), float),
-               'born': ((), float), 'seen': ((), float), 'turn': ((), int), 'score': ((), float),
+               'seen': ((), float), 'turn': ((), int), 'score': ((), float),
                'motion': ((), float), 'proof': ((), float), 'human': ((), bool),
                'reach': ((), float), 'born_at': ((2,), float), 'place': ((2,), float),
                'trail': ((TRAIL, 2), float)}
@@ -85,7 +85,7 @@ class TrackTable:
         fresh = {'id': np.arange(self._next, self._next + count), 'position': position,
                  'velocity': np.zeros((count, 2)), 'covariance': np.tile(spread, (count, 1)),
                  'radius': radius, 'pair': pair, 'born_at': position, 'place': position,
-                 'born': np.full(count, stamp), 'seen': np.full(count, stamp),
+                 'seen': np.full(count, stamp),
                  'trail': np.repeat(position[:, None], TRAIL, axis=1)}
         self._next += count
         for name, (shape, kind) in self.COLUMNS.items():

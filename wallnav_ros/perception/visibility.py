@@ -158,7 +158,3 @@ class ViewMemory:
             # Keep the ages in about equal ratios: drop the view its neighbours stand in for best.
             loss = (ages[:-2] - ages[2:]) / (ages[1:-1] + self.spacing)
             del views[1 + int(np.argmin(loss))]
-
-    def clear(self):
-        """Forget every view."""
-        self._views.clear()
