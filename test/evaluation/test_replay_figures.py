@@ -64,7 +64,7 @@ def survey_of(points=((0.0, 0.0),), hits=None, **changed):
     whole = Survey('odom', 'base_link', 'laser', np.array([START]), np.zeros((1, 3)),
                    np.zeros((1, 3)), np.array([START]), np.zeros(1), Mount(np.zeros(3)), 'given',
                    points, np.zeros_like(points),
-                   np.ones(len(points), int) if hits is None else np.array(hits))
+                   np.ones(len(points), int) if hits is None else np.array(hits, int))
     return replace(whole, **changed)
 
 
@@ -123,6 +123,12 @@ def test_the_view_holds_robot_goal_and_people_with_a_metre_around(drawn):
 
     assert (place.get_xlim(), place.get_ylim()) == ((-1.0, 11.0), (-2.0, 7.0))
     assert place.get_aspect() == 1.0
+
+
+def test_where_no_beam_hit_anything_the_view_holds_robot_and_goal(drawn):
+    nothing = survey_of(np.empty((0, 2)), [])
+    place = drawn(replay_of([(0, 0), (8, 0)]), nothing, stage_of((10.0, 6.0))).axes[0]
+    assert (place.get_xlim(), place.get_ylim()) == ((-1.0, 11.0), (-1.0, 7.0))
 
 
 def test_the_view_is_never_a_stripe(drawn):

@@ -137,8 +137,15 @@ def test_an_annotation_belongs_to_the_last_scan_at_or_before_it():
 
     figures, _ = score(replay, annotated((100, 1, 0, 0), (100.99, 1, 0, 0)))
     assert figures['recall'] == 1.0 / 2.0     # two of one id in one scan: one of them is met
-    for time, x in ((100.0, 0), (100.99, 0), (101.0, 10), (102.0, 20), (150.0, 20)):
+    for time, x in ((100.0, 0), (100.99, 0), (101.0, 10), (102.0, 20), (102.9, 20)):
         assert score(replay, annotated((time, 1, x, 0)))[0]['recall'] == 1.0
+
+
+@pytest.mark.parametrize('time', [99.9, 103.1])
+def test_annotations_of_another_recording_are_refused(time):
+    replay = replay_of(*(tracks_of({1: (x, 0)}) for x in (0, 10, 20)))
+    with pytest.raises(RecordingError, match='is it of this recording'):
+        score(replay, annotated((time, 1, 20, 0)))
 
 
 def test_annotations_from_before_the_first_scan_are_left_out():
@@ -148,8 +155,6 @@ def test_annotations_from_before_the_first_scan_are_left_out():
 
     assert (figures['annotations'], figures['recall']) == (1, 1.0)
     assert places.tolist() == [[0.0, 0.0]]
-    with pytest.raises(RecordingError, match='every annotation is from before the first scan'):
-        score(replay, annotated((99.9, 2, 5, 5)))
 
 
 def test_people_on_a_scan_that_was_left_out_are_missed_and_have_no_place():

@@ -214,9 +214,10 @@ def test_upright_mirrors_a_scan_only_where_the_laser_hangs_upside_down():
     assert upright(scan, Mount(np.zeros(3))) is scan
 
 
-def test_a_silent_odometry_is_refused_as_empty(survey):
+@pytest.mark.parametrize('broken', [[], [('/scan', laser_scan(2.0, []))]])
+def test_a_silent_odometry_is_refused_as_empty_whatever_the_scans(survey, broken):
     with pytest.raises(RecordingError, match=r'/odom: no message in it can be used \(it is empty'):
-        survey(beam(1.0, 1.0), topics={'/odom': ODOMETRY})
+        survey(beam(1.0, 1.0), *broken, topics={'/odom': ODOMETRY})
 
 
 def test_a_refusal_names_every_reason(survey):

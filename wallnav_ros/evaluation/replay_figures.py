@@ -123,7 +123,8 @@ def _lay_out(width, height):
 def _view(points, hits, replay, ways, goal):
     """Return the corners low, high (2,) that hold all but the stray beams, with a margin."""
     inner = np.repeat(points, np.minimum(hits, 5), axis=0)
-    held = [np.percentile(inner, (0.5, 99.5), axis=0), replay.robot_poses[:, :2], goal[None]]
+    held = [np.percentile(inner, (0.5, 99.5), axis=0)] if len(inner) else []
+    held += [replay.robot_poses[:, :2], goal[None]]
     held += [way.position for way in ways if way.human]
     held = np.concatenate(held)
     low, high = held.min(axis=0) - 1.0, held.max(axis=0) + 1.0

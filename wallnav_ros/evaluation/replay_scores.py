@@ -27,6 +27,8 @@ from wallnav_ros.evaluation.tracking import clear_mot, GATE
 from wallnav_ros.world.geometry import to_parent
 from wallnav_ros.world.tracks import HUMAN
 
+LATEST = 1.0           # s after the last scan: an annotation later than that is of none
+
 
 def score_replay(replay: Replay, survey: Survey, stage: Stage, truth: GroundTruth):
     """
@@ -39,6 +41,7 @@ def score_replay(replay: Replay, survey: Survey, stage: Stage, truth: GroundTrut
     """
     _check_frames(survey, stage, truth)
     scans = truth.scan_index(survey.scan_times)
+    scans[truth.bag_time > survey.scan_times[-1] + LATEST] = -1
     used = {time: number for number, time in enumerate(replay.bag_times)}
     frames, places = [], []
     for scan in np.unique(scans[scans >= 0]):
@@ -55,8 +58,8 @@ def score_replay(replay: Replay, survey: Survey, stage: Stage, truth: GroundTrut
         frames.append((truth.person[rows], place, tracks.id[human], tracks.position[human]))
         places.append(place)
     if not frames:
-        raise RecordingError('ground truth: every annotation is from before the first scan: '
-                             'is it of this recording?')
+        raise RecordingError('ground truth: every annotation is from before the first scan '
+                             'or after the last: is it of this recording?')
     scores = clear_mot(frames)
     figures = {'recall': round(scores.recall, 4), 'motp': round(scores.motp, 4),
                'id_switches': scores.switches, 'mota': round(scores.mota, 4), 'gate': GATE,

@@ -80,11 +80,11 @@ def survey_recording(recording, laser_pose=None):
         if len(scan_times) % every == 1 % every:
             scans.append(record)
     if recording.odom_topic is not None and not odometry:
-        raise RecordingError(f'{recording.path}: {recording.odom_topic}: no message in it can be '
-                             f'used ({_reasons(recording)}): choose another --odom-topic')
+        raise RecordingError(f'{_unusable(recording, recording.odom_topic, "message")}: choose '
+                             'another --odom-topic')
     if not scans:
-        raise RecordingError(f'{recording.path}: {recording.scan_topic}: no scan in it can be '
-                             f'used ({_reasons(recording)}): choose another --scan-topic')
+        raise RecordingError(f'{_unusable(recording, recording.scan_topic, "scan")}: choose '
+                             'another --scan-topic')
     base = odometry[0].child_frame if odometry else None
     laser = scans[0].frame
     mount, source = _find_mount(recording, laser_pose, base, laser)
@@ -101,8 +101,10 @@ def upright(scan, mount):
     return replace(scan, angle_min=-scan.angle_min, angle_increment=-scan.angle_increment)
 
 
-def _reasons(recording):
-    return '; '.join(recording.rejected) or 'it is empty'
+def _unusable(recording, topic, kind):
+    """Return in words that nothing of a topic can be used, and why."""
+    why = '; '.join(recording.rejected) if recording.topics[topic][1] else 'it is empty'
+    return f'{recording.path}: {topic}: no {kind} in it can be used ({why})'
 
 
 def _find_mount(recording, laser_pose, base, laser):

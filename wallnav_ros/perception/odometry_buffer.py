@@ -50,7 +50,8 @@ class PoseBuffer:
         Remember `pose` (3,) at `stamp` seconds; returns whether it was usable.
 
         A pose that is not finite is dropped. A stamp older than the newest by more than
-        `max_gap` means the clock was set back: the history is forgotten. Slightly older stamps are messages out of order and are dropped.
+        `max_gap` means the clock was set back: the history is forgotten. Slightly
+        older stamps are messages out of order and are dropped.
         """
         pose = np.asarray(pose, dtype=float)
         # For three numbers, `math` takes a tenth of NumPy's time; odometry comes at 100 Hz.

@@ -33,7 +33,8 @@ class TrackTable:
     variance of the velocity's.
     radius: (N,) m. pair: (N,) share of the recent scans in which two legs were seen.
     apart: (N,) share of the recent scans in which it stood clear of anything large; hits: (N,)
-    share in which it was seen. seen: (N,) s, when last. turn: (N,) int, the scan it was last seen in.
+    share in which it was seen. seen: (N,) s and turn: (N,) int, the stamp and the scan of the last
+    time.
     score: (N,) evidence that it exists, 1 when certain.
     motion: (N,) log-odds that it moves by itself; proof: (N,) all that ever spoke for it.
     human: (N,) bool, the label with hysteresis.
