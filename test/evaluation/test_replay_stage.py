@@ -54,6 +54,12 @@ def seen_from_the_start(walls=HALL):
     return to_child(START, ends)
 
 
+@pytest.mark.parametrize('mount, frame', [((0, 0, 0), 'laser'), ((0.1, 0, 0), 'base_link')])
+def test_without_odometry_places_are_the_lasers_only_where_it_is_the_robots_middle(mount, frame):
+    alone = survey(odom_frame=None, base_frame=None, mount=Mount(np.array(mount, float)))
+    assert set_stage(alone).stage.frame == frame
+
+
 @pytest.mark.parametrize('latencies, offset', [
     ([0.0], 0.0),
     ([0.02, 0.3, 0.3], 0.0),      # a slow link may be as late as this

@@ -84,8 +84,9 @@ def set_stage(survey: Survey, settings=NavigatorSettings(), walls=None, initial_
                             f'(score {summary["map"]["score"]}, elsewhere '
                             f'{summary["map"]["score_elsewhere"]}): the map is not used; '
                             'give --initial-pose X Y YAW')
-    frame = (MAP if map_from_odom is not None
-             else survey.odom_frame or survey.base_frame or survey.laser_frame)
+    own = 'base_link' if survey.mount.pose.any() else survey.laser_frame
+    frame = MAP if map_from_odom is not None else (
+        survey.odom_frame or survey.base_frame or own)
     position, source = _goal(survey, map_from_odom, goal)
     summary.update(frame=frame, goal={'position': _rounded(position), 'from': source})
     stage = Stage(frame, map_from_odom, survey.mount, field, position, _clock_offset(survey),
