@@ -78,6 +78,31 @@ def test_a_steady_walker_is_known_to_a_few_centimetres_within_a_second(rng):
     np.testing.assert_allclose(table.velocity[0], [1.0, 0.0], atol=0.25)
 
 
+def walk(settings, rng, steps=60):
+    """Return how fast (S, 2) both filters have somebody walk along x who turns back half way."""
+    table = TrackTable()
+    table.add(np.zeros((1, 2)), np.full(1, 0.2), np.zeros(1), 0.0, settings)
+    told, x = [], 0.0
+    for step in range(1, steps + 1):
+        x += 0.1 if step <= steps // 2 else -0.1
+        table.predict(0.1, settings)
+        table.correct(np.array([0]), np.array([[x, 0.0]]) + rng.normal(0.0, 0.03, (1, 2)),
+                      np.array([0.03]), 0.1 * step)
+        told.append((table.velocity[0, 0], table.steady_velocity[0, 0]))
+    return np.array(told)
+
+
+def test_the_steady_filter_tells_who_goes_on_better_and_lags_behind_who_turns(rng):
+    quick, steady = walk(TrackerSettings(acceleration_noise=0.4, steady_noise=0.25), rng).T
+    assert np.std(steady[10:30] - 1.0) < 0.9 * np.std(quick[10:30] - 1.0)
+    assert np.mean(steady[30:35]) > np.mean(quick[30:35])
+
+
+def test_with_the_same_noise_both_filters_are_one(rng):
+    quick, steady = walk(TrackerSettings(acceleration_noise=0.3, steady_noise=0.3), rng).T
+    np.testing.assert_array_equal(quick, steady)
+
+
 def test_nobody_runs_faster_than_people_do():
     table = make_table([[0.0, 0.0]], velocity=[6.0, 8.0])
     table.predict(0.1, SETTINGS)

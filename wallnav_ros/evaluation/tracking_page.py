@@ -80,11 +80,11 @@ that stand.
   finds out by itself; until it has, things seen in turns are bent.
 - *Simulated labels and velocities.* Walkers who are blocked or slow before they have covered
   their own width are still obstacles, with no velocity. A third of the squared errors in velocity
-  is in the worst one per cent: agents of the simulator change their velocity at once. A motion
-  noise of 0.3 instead of 0.4 comes to 0.118 m/s, but finds the person of `body_811beam` in a
-  quarter fewer scans, the one outdoors at 0.84 of the positions, and brings half a person a scan
-  into one scan of `negative_2`. Noise that swells with the surprise of a measurement was no
-  better.
+  is in the worst one per cent: agents of the simulator change their velocity at once. With a
+  motion noise of 0.3 instead of 0.4, whoever turns is lost: the person of `body_811beam` is found
+  in a quarter fewer scans. So a second filter with a noise of 0.25 tells the velocity, and nothing
+  else: 0.118 instead of 0.126 m/s here, 0.133 instead of 0.138 in eight other episodes, which are
+  harder. Noise that swells with the surprise of a measurement was no better.
 - *Lost identities.* Remembering people for four seconds behind what hides them, or giving whoever
   turns up beside one who is looked for that one's identity, changed no count of people, and
   brought more false ones back.

@@ -105,6 +105,8 @@ class TrackerSettings:
     # Motion.
     acceleration_noise: float = 0.4
     """m/s^2 over root Hz; people change their velocity by about 0.4 m/s within a second."""
+    steady_noise: float = 0.25
+    """m/s^2 over root Hz; the same, for the velocity that is told: people mostly go on."""
     body_noise: float = 0.03
     """m; how well the centre of a body is known: range noise and the side that is seen."""
     leg_noise: float = 0.10

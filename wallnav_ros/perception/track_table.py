@@ -30,7 +30,8 @@ class TrackTable:
 
     id: (N,) uint32. position, velocity: (N, 2) m, m/s. place: (N, 2) m, as measured last.
     covariance: (N, 3) variance of a position coordinate, its covariance with the velocity's,
-    variance of the velocity's.
+    variance of the velocity's. steady_position, steady_velocity, steady_covariance: the same, of
+    a filter that expects nobody to turn: it tells a velocity better, and loses whoever does.
     radius: (N,) m. pair: (N,) share of the recent scans in which two legs were seen.
     apart: (N,) share of the recent scans in which it stood clear of anything large; hits: (N,)
     share in which it was seen. seen: (N,) s and turn: (N,) int, the stamp and the scan of the last
@@ -43,7 +44,9 @@ class TrackTable:
     """
 
     COLUMNS = {'id': ((), np.uint32), 'position': ((2,), float), 'velocity': ((2,), float),
-               'covariance': ((3,), float), 'radius': ((), float), 'pair': ((), float),
+               'covariance': ((3,), float), 'steady_position': ((2,), float),
+               'steady_velocity': ((2,), float), 'steady_covariance': ((3,), float),
+               'radius': ((), float), 'pair': ((), float),
                'apart': ((), float), 'hits': ((), float),
                'seen': ((), float), 'turn': ((), int), 'score': ((), float),
                'motion': ((), float), 'proof': ((), float), 'human': ((), bool),
@@ -82,9 +85,10 @@ class TrackTable:
         count = len(position)
         if not count:
             return
-        spread = (settings.leg_noise ** 2, 0.0, settings.birth_speed_noise ** 2)
+        spread = np.tile((settings.leg_noise ** 2, 0.0, settings.birth_speed_noise ** 2),
+                         (count, 1))
         fresh = {'id': np.arange(self._next, self._next + count), 'position': position,
-                 'velocity': np.zeros((count, 2)), 'covariance': np.tile(spread, (count, 1)),
+                 'covariance': spread, 'steady_position': position, 'steady_covariance': spread,
                  'radius': radius, 'pair': pair, 'born_at': position, 'place': position,
                  'seen': np.full(count, stamp),
                  'trail': np.repeat(position[:, None], TRAIL, axis=1)}
@@ -95,30 +99,36 @@ class TrackTable:
 
     def predict(self, elapsed, settings):
         """Move every track `elapsed` seconds on, under white acceleration."""
-        speed = np.hypot(*self.velocity.T)
+        self.position, self.velocity, self.covariance = self._predicted(
+            self.position, self.velocity, self.covariance, elapsed,
+            settings.acceleration_noise, settings)
+        self.steady_position, self.steady_velocity, self.steady_covariance = self._predicted(
+            self.steady_position, self.steady_velocity, self.steady_covariance, elapsed,
+            settings.steady_noise, settings)
+        self.place = self.position.copy()
+
+    def _predicted(self, position, velocity, covariance, elapsed, noise, settings):
+        """Return position, velocity and covariance `elapsed` seconds on."""
+        speed = np.hypot(*velocity.T)
         share = np.minimum(1.0, settings.fastest / np.maximum(speed, 1e-6))
         share = np.where(self.motion < -1.5, np.exp(-elapsed / settings.rest_time), share)
-        self.velocity = self.velocity * share[:, None]
-        self.position = self.position + elapsed * self.velocity
-        self.place = self.position.copy()
-        place, cross, speed = self.covariance.T
-        density = settings.acceleration_noise ** 2
-        self.covariance = np.stack((
+        velocity = velocity * share[:, None]
+        place, cross, speed = covariance.T
+        density = noise ** 2
+        return position + elapsed * velocity, velocity, np.stack((
             place + 2.0 * elapsed * cross + elapsed ** 2 * speed + density * elapsed ** 3 / 3.0,
             cross + elapsed * speed + density * elapsed ** 2 / 2.0,
             speed + density * elapsed), axis=1)
 
     def correct(self, rows, position, noise, stamp):
         """Correct `rows` (K,) by `position` (K, 2), each coordinate known to `noise` (K,) m."""
-        place, cross, speed = self.covariance[rows].T
-        total = place + np.square(noise)
-        gain, rate = place / total, cross / total
-        innovation = position - self.position[rows]
+        self.position[rows], self.velocity[rows], self.covariance[rows] = _corrected(
+            self.position[rows], self.velocity[rows], self.covariance[rows], position, noise)
+        (self.steady_position[rows], self.steady_velocity[rows],
+         self.steady_covariance[rows]) = _corrected(
+            self.steady_position[rows], self.steady_velocity[rows], self.steady_covariance[rows],
+            position, noise)
         self.place[rows] = position
-        self.position[rows] += gain[:, None] * innovation
-        self.velocity[rows] += rate[:, None] * innovation
-        self.covariance[rows] = np.stack(
-            ((1.0 - gain) * place, (1.0 - gain) * cross, speed - rate * cross), axis=1)
         self.seen[rows] = stamp
 
     def lay_trail(self, stamp, spacing):
@@ -128,3 +138,13 @@ class TrackTable:
         if stamp - self._trail_stamp >= spacing - 1e-3:
             self.trail = np.concatenate((self.place[:, None], self.trail[:, :-1]), axis=1)
             self._trail_stamp = stamp
+
+
+def _corrected(position, velocity, covariance, measured, noise):
+    """Return position, velocity and covariance after `measured` (K, 2), each to `noise` (K,)."""
+    place, cross, speed = covariance.T
+    total = place + np.square(noise)
+    gain, rate = place / total, cross / total
+    innovation = measured - position
+    return (position + gain[:, None] * innovation, velocity + rate[:, None] * innovation,
+            np.stack(((1.0 - gain) * place, (1.0 - gain) * cross, speed - rate * cross), axis=1))

@@ -282,7 +282,7 @@ class Tracker:
         speed = np.hypot(*table.velocity[shown].T)
         doubt = np.sqrt(table.covariance[shown, 2])
         moving = speed > doubt * np.where(human, 1.0, 2.5)
-        velocity = np.where(moving[:, None], table.velocity[shown], 0.0)
+        velocity = np.where(moving[:, None], table.steady_velocity[shown], 0.0)
         label = np.where(human, HUMAN, OBSTACLE).astype(np.uint8)
         outward = invert(self._motion.correction)
         return Tracks(stamp, table.id[shown], to_parent(outward, table.position[shown]),
