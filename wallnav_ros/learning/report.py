@@ -97,7 +97,8 @@ def write_card(metadata, cells, path):
         'see the robot.',
         f'- Reward {metadata["reward"]}, discount {metadata["discount"]}, time step '
         f'{metadata["time_step"]} s.',
-        f'- Decides by looking {metadata["decision"]["horizons"]} steps ahead, with a caution of '
+        f'- Decides by looking {metadata["decision"]["horizons"]} steps ahead, turning for '
+        f'{metadata["decision"].get("turns", [1])} of them, with a caution of '
         f'{metadata["decision"]["caution"]} s; people are foreseen {_foreseen(metadata)}.',
         '', 'Greedy success when it was kept, over '
         f'{settings["evaluation_episodes"]} episodes a cell that training never saw:', '',
