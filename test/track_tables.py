@@ -18,6 +18,7 @@ from dataclasses import fields
 import numpy as np
 
 from wallnav_ros.perception.detection import Detections
+from wallnav_ros.perception.discs import Discs
 from wallnav_ros.perception.track_table import TrackTable
 
 
@@ -34,13 +35,22 @@ def make_table(position, **columns):
     return table
 
 
-def make_detections(position, **columns):
+def make_detections(position, discs=None, **columns):
     """Return Detections at `position` (D, 2); `columns` (D, ...) or one for all."""
     position = np.asarray(position, dtype=float).reshape(-1, 2)
     columns = {'noise': 0.03, 'radius': 0.2, 'count': 10, **columns}
     logical, shape = ('apart', 'leg'), {'hidden': (2,), 'sight': (2,)}
-    return Detections(position=position, **{
+    return Detections(position=position, discs=make_discs(position) if discs is None else discs, **{
         field.name: np.broadcast_to(np.asarray(
             columns.get(field.name, 0), dtype=bool if field.name in logical else None),
             (len(position), *shape.get(field.name, ()))).copy()
-        for field in fields(Detections) if field.name != 'position'})
+        for field in fields(Detections) if field.name not in ('position', 'discs')})
+
+
+def make_discs(centre, radius=0.3, pull=(0.0, 0.0), doubt=0.02, fits=False, tells=True):
+    """Return Discs at `centre` (D, 2); what else is given holds for each or for all."""
+    centre = np.asarray(centre, dtype=float).reshape(-1, 2)
+    count = len(centre)
+    return Discs(centre, np.full(count, radius, dtype=float),
+                 np.broadcast_to(np.asarray(pull, dtype=float), (count, 2)).copy(),
+                 np.full(count, doubt, dtype=float), np.full(count, fits), np.full(count, tells))

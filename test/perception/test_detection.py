@@ -48,7 +48,7 @@ def find(scan, views=(), expected=NOBODY, pose=ORIGIN):
     hits, local = place_beams(scan, np.ones(len(scan.ranges), bool), np.zeros(3), SETTINGS)
     points = to_parent(pose, local)
     return detect(scan, hits, points, pose, judge_points(points, scan, list(views), SETTINGS),
-                  np.asarray(expected, dtype=float), SETTINGS)
+                  np.asarray(expected, dtype=float), np.full(len(expected), 0.25), SETTINGS)
 
 
 def view_of(scan, pose=ORIGIN):

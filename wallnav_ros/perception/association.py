@@ -50,7 +50,7 @@ def associate(table, detections, settings):
         return Association(first, second, used)
     cost = _costs(table, detections, settings)
     # Only legs come in twos, and only what moves walks on two.
-    walks = np.flatnonzero(table.motion > 0.0)
+    walks = np.flatnonzero((table.motion > 0.0) & ~table.is_solid(settings))
     strides = np.hypot(*table.velocity[walks].T) > settings.walking_speed * 2.0
     again = cost[walks] + settings.second_leg_cost
     again += settings.mismatch_cost * strides[:, None] * detections.still
@@ -73,6 +73,8 @@ def associate(table, detections, settings):
 def _costs(table, detections, settings):
     """Return the cost (N, D) of every pairing; _NEVER outside the gate."""
     squared = distances(table.position, detections.position) ** 2
+    disc = table.is_solid(settings)[:, None] & detections.discs.fits[None]
+    squared = np.where(disc, distances(table.position, detections.discs.centre) ** 2, squared)
     spread = np.where(table.motion > 0.0, settings.leg_noise, 2.0 * settings.body_noise) ** 2
     variance = (table.covariance[:, 0] + spread)[:, None] + detections.noise[None] ** 2
     distance = squared / variance

@@ -25,7 +25,7 @@ from wallnav_ros.world.geometry import distances
 
 
 def weigh_motion(table, rows, still, fresh, moved_rate, vacated, gait, elapsed, settings,
-                 leap_share=0.0):
+                 leap_share=0.0, discs=False):
     """
     Add the evidence of one scan to `motion` of the updated `rows` (K,).
 
@@ -35,19 +35,22 @@ def weigh_motion(table, rows, still, fresh, moved_rate, vacated, gait, elapsed, 
     gait: (K,) log-odds a second from legs that move against each other.
     elapsed: seconds the evidence stands for.
     leap_share: share of the longest leap of each that may be a mix-up with a neighbour.
+    discs: (K,) bool, seen as the discs they are taken for, with nothing around them but things.
     """
     gone = _way(table, rows, leap_share)
     doubt = np.sqrt(table.covariance[rows, 0]) + settings.body_noise
     swift = np.hypot(*table.velocity[rows].T) > settings.walking_speed
     moved = swift & (gone > settings.walking_distance) & (gone > 3.0 * doubt)
+    slid = discs & (_slide(table, rows) > settings.disc_distance)
     arrived = swift & (fresh > still) & (gone > 2.0 * doubt)
     earned = table.human[rows] & (
         (table.proof[rows] > settings.earned_proof) | (table.pair[rows] > 0.3))
     rate = (settings.fresh_rate * fresh * arrived
             + settings.vacated_rate * (vacated & moved)
             + moved_rate * (moved & (still < 0.3))
+            + settings.disc_rate * slid
             + gait
-            - settings.still_rate * still * ~(moved | earned | (gait > 0.0)))
+            - settings.still_rate * still * ~(moved | slid | earned | (gait > 0.0)))
     rate = np.where(table.radius[rows] < settings.thin_radius, np.minimum(rate, 0.0), rate)
     limit = settings.motion_limit
     table.proof[rows] += np.maximum(rate, 0.0) * elapsed
@@ -63,6 +66,14 @@ def _way(table, rows, leap_share):
     way = np.concatenate((table.place[rows, None], table.trail[rows]), axis=1)
     leap = np.hypot(*(way[:, 1:] - way[:, :-1]).T).max(axis=0)
     return np.hypot(*(way[:, 0] - way[:, -1]).T) - leap_share * leap
+
+
+def _slide(table, rows):
+    """Return how far (K,) m the discs `rows` have come on their trail, 0 where nobody knows."""
+    known = np.isfinite(table.centres[rows, :, 0])
+    oldest = known.shape[1] - 1 - np.argmax(known[:, ::-1], axis=1)
+    way = table.centre[rows] - table.centres[rows, oldest]
+    return np.nan_to_num(np.hypot(*way.T))
 
 
 def find_gait(table, settings):
@@ -104,13 +115,15 @@ def weigh_gait(walking, still, certain, settings):
     return settings.gait_rate * (walking & (still < 0.5))
 
 
-def settle_labels(table, barred, settings):
+def settle_labels(table, barred, settings, mapped=False):
     """
     Set the label `human` by `motion`, with hysteresis.
 
-    barred: (N,) bool, tracks that must not become human now.
+    barred: (N,) bool, tracks that must not become human now. mapped: whether the map has taken
+    the walls out, of which tracks flicker.
     """
     certain = (table.motion > settings.human_odds) & (table.score >= 1.0)
-    certain &= (table.reach > settings.swing) & (table.hits > 0.6) & (table.apart > 0.3)
+    steady = table.hits > (0.3 if mapped else 0.6)
+    certain &= (table.reach > settings.swing) & steady & (table.apart > 0.3)
     table.human |= certain & ~barred
     table.human &= table.motion > -settings.human_odds

@@ -23,11 +23,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from wallnav_ros.perception.clustering import describe, extent, split_runs
+from wallnav_ros.perception.discs import Discs, find_discs, FRONT
 from wallnav_ros.perception.visibility import look_up
 from wallnav_ros.world.geometry import distances
-
-# Where the beams that cross a disc evenly hit it, on average, before its centre: pi / 4 radii.
-_FRONT = np.pi / 4.0
 
 
 @dataclass(frozen=True)
@@ -42,6 +40,7 @@ class Detections:
     leg: (D,) bool, no wider than a leg. noise: (D,) metres, error of a coordinate.
     hidden: (D, 2) metres, by how much what covers its right and its left side is nearer, 0 where
     nothing does. sight: (D, 2) unit vector from the scanner.
+    discs: the Discs that they may be.
     """
 
     position: np.ndarray
@@ -54,6 +53,7 @@ class Detections:
     hidden: np.ndarray
     noise: np.ndarray
     sight: np.ndarray
+    discs: Discs
 
     def __len__(self):
         """Return the number of detections."""
@@ -73,7 +73,7 @@ class Detections:
         behind = np.sqrt(np.maximum((seen + missing) ** 2 - shift ** 2 - seen ** 2 / 3.0, 0.0))
         left = np.stack((-sight[:, 1], sight[:, 0]), axis=1)
         return (self.position[which] + shift[:, None] * left
-                + (behind - _FRONT * seen)[:, None] * sight)
+                + (behind - FRONT * seen)[:, None] * sight)
 
 
 def place_beams(scan, wanted, sweep, settings):
@@ -111,12 +111,12 @@ def judge_points(points, scan, views, settings):
     return still, fresh, background
 
 
-def detect(scan, hits, points, pose, evidence, expected, settings):
+def detect(scan, hits, points, pose, evidence, expected, radii, settings):
     """
     Return the Detections among `points` (P, 2), the ends of beams `hits` (P,) of `scan`.
 
     pose: (3,) of the laser. evidence: what `judge_points` says.
-    expected: (N, 2) where people should be.
+    expected: (N, 2) m, where people should be; radii: (N,) m, how wide they are.
     """
     still, fresh, background = evidence
     step = abs(scan.angle_increment)
@@ -124,7 +124,7 @@ def detect(scan, hits, points, pose, evidence, expected, settings):
                        settings.break_distance, settings.beam_factor)
     clusters = describe(points, pose[:2], owner, step)
     if (np.maximum(clusters.width, clusters.depth) > settings.body_width).any():
-        owner = _cut(owner, clusters, points, background, expected, settings)
+        owner = _cut(owner, clusters, points, background, expected, radii, settings)
         clusters = describe(points, pose[:2], owner, step)
     size = np.maximum(clusters.width, clusters.depth)
     chosen = np.flatnonzero(size <= settings.largest_width)
@@ -140,9 +140,10 @@ def detect(scan, hits, points, pose, evidence, expected, settings):
     noise = np.hypot(settings.body_noise, 0.3 * step * distance)
     hidden = _find_hidden(scan, hits, owner, clusters, settings)[chosen]
     hidden *= (radius > settings.thin_radius)[:, None]
-    centre = clusters.centroid[chosen] + sight * (_FRONT * radius)[:, None]
+    centre = clusters.centroid[chosen] + sight * (FRONT * radius)[:, None]
+    discs = find_discs(points, owner, clusters, chosen, sight, ~leg, settings)
     return Detections(centre, radius, clusters.count[chosen], still, fresh, apart, leg, hidden,
-                      noise, sight)
+                      noise, sight, discs)
 
 
 def _find_hidden(scan, hits, owner, clusters, settings):
@@ -177,15 +178,16 @@ def _stand_apart(scan, hits, points, settings):
     return extent(points, group)[group] < settings.apart_width
 
 
-def _cut(owner, clusters, points, background, expected, settings):
+def _cut(owner, clusters, points, background, expected, radii, settings):
     """Return new owners (P,): wide clusters cut at the background's edge and around people."""
     size = np.maximum(clusters.width, clusters.depth)
     which = np.flatnonzero((size > settings.body_width)[owner])
     kind = np.where(_smooth(background)[which], -1, 0)
     if len(expected):
         gap = distances(points[which], expected)
-        nearest = gap.argmin(axis=1)
-        mine = (gap[np.arange(len(which)), nearest] < settings.carve_radius) & (kind == 0)
+        nearest = (gap - radii).argmin(axis=1)
+        reach = np.maximum(settings.carve_radius, radii + settings.edge_margin)
+        mine = (gap[np.arange(len(which)), nearest] < reach[nearest]) & (kind == 0)
         # One person in a cluster of a person's size needs no cutting out.
         people = np.zeros((len(clusters), len(expected)), dtype=bool)
         people[owner[which[mine]], nearest[mine]] = True

@@ -119,6 +119,10 @@ class TrackerSettings:
     """s; in which a track that is never seen whole comes down to the part that is seen."""
     birth_speed_noise: float = 1.0
     """m/s; standard deviation of a person's velocity before it is known."""
+    disc_doubt: float = 0.07
+    """m; a radius not known to this is that of an arc so flat that a wall would pass for it."""
+    roundness: float = 0.75
+    """share of half a second in which all beams lie on one disc; people keep it up for less."""
 
     rest_time: float = 0.3
     """s; in which the velocity of a thing that seems to stand dies away."""
@@ -185,6 +189,10 @@ class TrackerSettings:
     """log-odds a second while it moves, seen from a laser that stands."""
     mapped_rate: float = 8.0
     """log-odds a second while it moves and the map has taken out what slides along walls."""
+    disc_distance: float = 0.1
+    """m; the centre of a disc is known to 2 cm, so what came further has moved."""
+    disc_rate: float = 16.0
+    """log-odds a second while a disc does so, and the map has taken the walls out."""
     leap_share: float = 0.75
     """share of the longest leap on the trail that counts for a mix-up and not for a way."""
     still_rate: float = 2.5

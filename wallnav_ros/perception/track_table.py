@@ -32,7 +32,9 @@ class TrackTable:
     covariance: (N, 3) variance of a position coordinate, its covariance with the velocity's,
     variance of the velocity's. steady_position, steady_velocity, steady_covariance: the same, of
     a filter that expects nobody to turn: it tells a velocity better, and loses whoever does.
-    radius: (N,) m. pair: (N,) share of the recent scans in which two legs were seen.
+    radius: (N,) m. disc: (N,) m, radius of the disc that its beams lie on, 0 before they did;
+    disc_variance: (N,) m^2; roundness: (N,) share of the recent scans in which they did.
+    pair: (N,) share of the recent scans in which two legs were seen.
     apart: (N,) share of the recent scans in which it stood clear of anything large; hits: (N,)
     share in which it was seen. seen: (N,) s and turn: (N,) int, the stamp and the scan of the last
     time.
@@ -40,18 +42,21 @@ class TrackTable:
     motion: (N,) log-odds that it moves by itself; proof: (N,) all that ever spoke for it.
     human: (N,) bool, the label with hysteresis.
     reach: (N,) m, the furthest it has been from where it was born, born_at (N, 2).
-    trail: (N, TRAIL, 2) m, where it was, newest first.
+    trail: (N, TRAIL, 2) m, where it was, newest first. centre: (N, 2) m, as a disc seen all across
+    in the last scan, NaN otherwise; centres: (N, TRAIL, 2) m, the same, with the trail.
     """
 
     COLUMNS = {'id': ((), np.uint32), 'position': ((2,), float), 'velocity': ((2,), float),
                'covariance': ((3,), float), 'steady_position': ((2,), float),
                'steady_velocity': ((2,), float), 'steady_covariance': ((3,), float),
-               'radius': ((), float), 'pair': ((), float),
+               'radius': ((), float), 'disc': ((), float),
+               'disc_variance': ((), float), 'roundness': ((), float), 'pair': ((), float),
                'apart': ((), float), 'hits': ((), float),
                'seen': ((), float), 'turn': ((), int), 'score': ((), float),
                'motion': ((), float), 'proof': ((), float), 'human': ((), bool),
                'reach': ((), float), 'born_at': ((2,), float), 'place': ((2,), float),
-               'trail': ((TRAIL, 2), float)}
+               'trail': ((TRAIL, 2), float), 'centre': ((2,), float),
+               'centres': ((TRAIL, 2), float)}
 
     def __init__(self):
         self._next = 1
@@ -75,6 +80,10 @@ class TrackTable:
         for name in self.COLUMNS:
             setattr(self, name, getattr(self, name)[which])
 
+    def is_solid(self, settings):
+        """Return (N,) bool: has proved to be a disc, and is wider than a leg."""
+        return (self.roundness > settings.roundness) & (self.radius > 0.5 * settings.leg_width)
+
     def unlabel(self):
         """Forget everything that spoke for or against a track's being human."""
         self.motion, self.proof = np.zeros(len(self)), np.zeros(len(self))
@@ -89,9 +98,11 @@ class TrackTable:
                          (count, 1))
         fresh = {'id': np.arange(self._next, self._next + count), 'position': position,
                  'covariance': spread, 'steady_position': position, 'steady_covariance': spread,
-                 'radius': radius, 'pair': pair, 'born_at': position, 'place': position,
-                 'seen': np.full(count, stamp),
-                 'trail': np.repeat(position[:, None], TRAIL, axis=1)}
+                 'radius': radius, 'roundness': np.full(count, 0.5), 'pair': pair,
+                 'born_at': position, 'place': position, 'seen': np.full(count, stamp),
+                 'trail': np.repeat(position[:, None], TRAIL, axis=1),
+                 'centre': np.full((count, 2), np.nan),
+                 'centres': np.full((count, TRAIL, 2), np.nan)}
         self._next += count
         for name, (shape, kind) in self.COLUMNS.items():
             rows = fresh.get(name, np.zeros((count,) + shape))
@@ -106,6 +117,7 @@ class TrackTable:
             self.steady_position, self.steady_velocity, self.steady_covariance, elapsed,
             settings.steady_noise, settings)
         self.place = self.position.copy()
+        self.centre = np.full((len(self), 2), np.nan)
 
     def _predicted(self, position, velocity, covariance, elapsed, noise, settings):
         """Return position, velocity and covariance `elapsed` seconds on."""
@@ -137,6 +149,7 @@ class TrackTable:
         self.reach = np.maximum(self.reach, gone)
         if stamp - self._trail_stamp >= spacing - 1e-3:
             self.trail = np.concatenate((self.place[:, None], self.trail[:, :-1]), axis=1)
+            self.centres = np.concatenate((self.centre[:, None], self.centres[:, :-1]), axis=1)
             self._trail_stamp = stamp
 
 

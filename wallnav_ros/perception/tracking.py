@@ -26,6 +26,7 @@ from wallnav_ros.perception.classification import (
 from wallnav_ros.perception.detection import detect, judge_points, place_beams
 from wallnav_ros.perception.ego_motion import EgoMotion
 from wallnav_ros.perception.mapped_walls import lie_on_walls
+from wallnav_ros.perception.measuring import measure
 from wallnav_ros.perception.own_body import OwnBody
 from wallnav_ros.perception.settings import TrackerSettings
 from wallnav_ros.perception.track_table import TrackTable
@@ -85,7 +86,7 @@ class Tracker:
         body = self._bodies.setdefault(sensor, OwnBody(settings))
         own = body.find(scan, self._motion.rate * interval)
         hits, local = place_beams(scan, ~own, sweep, settings)
-        people = table.position[table.human]
+        people, radii = table.position[table.human], table.radius[table.human]
         pose = self._motion.locate(local, people, given, known, elapsed, interval, sensor)
         if order.weigh(scan, ~own, told, self._motion.misfit, people, given, known, interval,
                        sensor):
@@ -100,7 +101,7 @@ class Tracker:
         view = make_view(scan, pose, settings.clear_range, sweep)
         earlier = memory.older_than(scan.stamp - settings.view_age, view)
         evidence = judge_points(points, scan, earlier, settings)
-        seen = detect(scan, hits, points, pose, evidence, people, settings)
+        seen = detect(scan, hits, points, pose, evidence, people, radii, settings)
         match = associate(table, seen, settings)
         missed = self._find_missed(match, before, elapsed)
         self._correct(seen, match, scan, view, interval, walls is not None)
@@ -173,36 +174,24 @@ class Tracker:
         one = match.first[rows]
         both = match.second[rows] >= 0
         two = np.where(both, match.second[rows], one)
-        position = 0.5 * (seen.position[one] + seen.position[two])
-        whole = ~both & (table.pair[rows] < 0.05)
-        # A leg covers a bit of the other in every step; a body that is covered is displaced.
-        least = np.where(whole & (table.radius[rows] > 0.5 * settings.leg_width),
-                         0.0, settings.apart_distance)
-        sides = (seen.hidden[one] > least[:, None]).sum(axis=1)
-        part = whole & (sides > 0)
-        position[part] = seen.centre_of(one[part], table.radius[rows[part]], settings)
-        apart = np.hypot(*(seen.position[one] - seen.position[two]).T)
-        radius = np.maximum(seen.radius[one], seen.radius[two]) + 0.5 * apart
-        alone = seen.leg[one] & ~both & (table.pair[rows] > 0.3)
-        covered = (sides > 0) | (seen.hidden[two] > least[:, None]).any(axis=1)
-        noise = np.where(alone, settings.leg_noise, seen.noise[one])
-        # With one limb in sight, half of what is not known of the centre is.
-        noise = np.hypot(noise, settings.hidden_noise * 0.5 * sides * ~both)
         # A thing that several scanners see does not live faster.
         elapsed = np.clip(scan.stamp - table.seen[rows], 0.0, interval)
-        table.correct(rows, position, noise, scan.stamp)
+        found = measure(table, rows, seen, one, two, elapsed, settings)
+        table.correct(rows, found.position, found.noise, scan.stamp)
         table.turn[rows] = self._turn
         share = np.minimum(elapsed / 0.5, 1.0)
         table.pair[rows] += share * (both - table.pair[rows])
         # What is half hidden shows a part of its width only, but not for ever.
-        growth = radius - table.radius[rows]
-        slow = covered & (growth < 0.0)
-        table.radius[rows] += np.where(slow, elapsed / settings.shrink_time, share) * growth
+        growth = found.radius - table.radius[rows]
+        slow = found.covered & (growth < 0.0)
+        rate = np.where(slow, elapsed / settings.shrink_time, share)
+        table.radius[rows] += np.where(found.solid, 1.0, rate) * growth
         table.score[rows] = np.minimum(table.score[rows] + elapsed / settings.confirm_time, 1.0)
         weight = seen.count[one] + both * seen.count[two]
         shares = [(kind[one] * seen.count[one] + both * kind[two] * seen.count[two]) / weight
                   for kind in (seen.still, seen.fresh)]
-        apart = seen.apart[one] & seen.apart[two]
+        # Where the map has taken the walls out, what stands beside is no wall.
+        apart = mapped | (seen.apart[one] & seen.apart[two])
         table.apart[rows] += share * (apart - table.apart[rows])
         table.hits[rows] += share * (1.0 - table.hits[rows])
         vacated = look_up([view], scan, table.trail[rows, 6], 0.15, 0.2, 0.0)[0][0]
@@ -210,8 +199,8 @@ class Tracker:
                           settings)
         moved_rate, leap_share = self._trust(mapped)
         weigh_motion(table, rows, *shares, moved_rate * apart, vacated, gait, elapsed, settings,
-                     leap_share)
-        settle_labels(table, self._crowded(), settings)
+                     leap_share, found.disc & mapped)
+        settle_labels(table, self._crowded(), settings, mapped)
 
     def _trust(self, mapped):
         """Return (log-odds a second for what moves, share of a leap that may be a mix-up)."""
@@ -261,9 +250,11 @@ class Tracker:
         edge = ((gap < table.radius[None] + settings.edge_margin)
                 & (table.radius[None] > settings.leg_width)
                 & (table.radius[:, None] < 0.5 * table.radius[None]))
+        # A disc is solid: whatever has its middle within it is a part of it.
+        within = (gap < 0.8 * table.radius[None]) & table.is_solid(settings)[None]
         # Who stays: people before things, then the elder (rows are in order of birth).
         rank = table.human * len(table) - np.arange(len(table))
-        table.keep(~((twin & (rank[:, None] < rank[None])) | edge).any(axis=1))
+        table.keep(~(((twin | within) & (rank[:, None] < rank[None])) | edge).any(axis=1))
 
     def _crowded(self):
         """Return (N,) bool: what is so close to a person that it may be a part of them."""
