@@ -41,7 +41,7 @@ def weigh_motion(table, rows, still, fresh, moved_rate, vacated, gait, elapsed, 
     doubt = np.sqrt(table.covariance[rows, 0]) + settings.body_noise
     swift = np.hypot(*table.velocity[rows].T) > settings.walking_speed
     moved = swift & (gone > settings.walking_distance) & (gone > 3.0 * doubt)
-    slid = discs & (_slide(table, rows) > settings.disc_distance)
+    slid = np.any(discs) and discs & (_slide(table, rows) > settings.disc_distance)
     arrived = swift & (fresh > still) & (gone > 2.0 * doubt)
     earned = table.human[rows] & (
         (table.proof[rows] > settings.earned_proof) | (table.pair[rows] > 0.3))

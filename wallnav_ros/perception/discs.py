@@ -27,7 +27,7 @@ import numpy as np
 # Where the beams that cross a disc evenly hit it, on average, before its centre: pi / 4 radii.
 FRONT = np.pi / 4.0
 _LEAST_BEAMS = 5
-_STEPS = 4
+_STEPS = 3
 _STRIDE = 0.2       # m that one step may move a centre; a disc is found within its own width
 _LIMB = 0.03        # m of a radius that grazing beams do not show
 _SPREAD = 0.1       # m; standard deviation of the radius, given the width that is seen
@@ -72,11 +72,13 @@ def find_discs(points, owner, clusters, chosen, sight, wide, settings):
     fits, tells = np.zeros(total, dtype=bool), np.zeros(total, dtype=bool)
     tried = np.flatnonzero(wide & (clusters.count[chosen] >= _LEAST_BEAMS))
     if len(tried):
-        row = np.full(len(clusters), -1)
+        row = np.full(len(clusters), len(tried))
         row[chosen[tried]] = np.arange(len(tried))
         row = row[owner]
+        # The beams of one cluster after those of another, as sums over runs need them.
+        order = np.argsort(row, kind='stable')[:np.count_nonzero(row < len(tried))]
         centre[tried], radius[tried], pull[tried], doubt[tried], error = _fit(
-            points[row >= 0], row[row >= 0], centre[tried], radius[tried] + _LIMB,
+            points[order].T, row[order], centre[tried].T, radius[tried] + _LIMB,
             settings.match_noise)
         fits[tried] = (error < settings.match_noise) & (
             radius[tried] < 0.5 * settings.largest_width)
@@ -88,31 +90,31 @@ def _fit(points, owner, centre, expected, noise):
     """
     Return centre (D, 2), radius (D,), pull (D, 2), doubt (D,) and RMS error (D,) of the discs.
 
-    points: (P, 2) metres, each known to `noise` metres; owner: (P,) their disc, 0 .. D-1.
-    centre: (D, 2) metres to begin with; expected: (D,) metres, the prior's mean of the radius.
+    points: (2, P) metres, each known to `noise` metres; owner: (P,) their disc, 0 .. D-1, in
+    order. centre: (2, D) metres to begin with; expected: (D,) metres, the prior's mean radius.
     """
-    total, radius = len(expected), expected.copy()
-    count = np.bincount(owner, minlength=total)
+    disc = np.concatenate((centre, expected[None]))
+    first = np.flatnonzero(np.diff(owner, prepend=-1))
+    count = np.diff(first, append=len(owner))
     prior = (noise / _SPREAD) ** 2
+    terms = np.empty((4, len(owner)))
+    terms[2] = 1.0
+    # A flat surface says nothing of where along it the centre lies.
+    ridge = np.diag((1e-3, 1e-3, 1e-3 + prior))
     for _ in range(_STEPS):
-        offset = points - centre[owner]
-        distance = np.maximum(np.hypot(offset[:, 0], offset[:, 1]), 1e-6)
-        x, y = offset[:, 0] / distance, offset[:, 1] / distance
-        error = distance - radius[owner]
-        xx, xy, yy, sx, sy, xe, ye, e = (
-            np.bincount(owner, weight, total)
-            for weight in (x * x, x * y, y * y, x, y, x * error, y * error, error))
-        hessian = np.array(((xx, xy, sx), (xy, yy, sy), (sx, sy, count + prior))).T
-        # A flat surface says nothing of where along it the centre lies.
-        hessian += 1e-3 * np.eye(3)
-        gradient = np.stack((xe, ye, e + prior * (expected - radius)), axis=1)
-        change = np.linalg.solve(hessian, gradient[..., None])[..., 0]
-        centre = centre + np.clip(change[:, :2], -_STRIDE, _STRIDE)
-        radius = np.clip(radius + change[:, 2], 0.02, 1.0)
-    covariance = np.linalg.inv(hessian)
+        x, y, radius = disc.take(owner, axis=1)
+        x, y = points[0] - x, points[1] - y
+        distance = np.sqrt(x * x + y * y) + 1e-6
+        terms[0], terms[1], terms[3] = x / distance, y / distance, distance - radius
+        sums = np.add.reduceat(terms[:, None] * terms[None, :], first, axis=2).T
+        covariance, gradient = np.linalg.inv(sums[:, :3, :3] + ridge), sums[:, :3, 3]
+        gradient[:, 2] += prior * (expected - disc[2])
+        change = (covariance @ gradient[..., None])[..., 0].T
+        disc += np.maximum(np.minimum(change, _STRIDE), -_STRIDE)
+        disc[2] = np.maximum(disc[2], 0.02)
     variance = covariance[:, 2, 2]
-    return (centre, radius, covariance[:, :2, 2] / variance[:, None], noise * np.sqrt(variance),
-            np.sqrt(np.bincount(owner, error ** 2, total) / count))
+    return (disc[:2].T, disc[2], covariance[:, :2, 2] / variance[:, None],
+            noise * np.sqrt(variance), np.sqrt(sums[:, 3, 3] / count))
 
 
 def follow_discs(table, rows, discs, which, single, elapsed, settings):
