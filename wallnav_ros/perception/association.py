@@ -84,9 +84,11 @@ def _costs(table, detections, settings):
     cost += settings.mismatch_cost * (moving * detections.still + standing * detections.fresh)
     ratio = np.log((table.radius[:, None] + 0.05) / (detections.radius[None] + 0.05))
     cost += settings.size_cost * ratio ** 2
-    # A speck is no leg: it may feed the track of a speck, and another only for want of better.
+    # A speck is no leg: each feeds the track of its like, and another only for want of better.
     speck = (detections.radius < settings.thin_radius)[None]
-    cost += settings.mismatch_cost * (speck & (table.radius > settings.thin_radius)[:, None])
+    cost += settings.mismatch_cost * (speck != (table.radius <= settings.thin_radius)[:, None])
+    # Who is known goes before what may be a flicker.
+    cost += settings.mismatch_cost * (table.score < 1.0)[:, None]
     gate = np.where(table.human, settings.human_gate, settings.gate)
     return np.where(distance <= gate[:, None] ** 2, cost, _NEVER)
 
