@@ -56,8 +56,11 @@ def associate(table, detections, settings):
     again += settings.mismatch_cost * strides[:, None] * detections.still
     again[:, ~detections.leg | (detections.radius < settings.thin_radius)] = _NEVER
     cost = np.concatenate((cost, again))
+    # A pair that costs more is worse than two that are missed: a gate and two mismatches.
+    dearest = settings.human_gate ** 2 + 2.0 * settings.mismatch_cost
+    cost = np.minimum(cost, dearest)
     rows, columns = linear_sum_assignment(cost)
-    good = cost[rows, columns] < _NEVER
+    good = cost[rows, columns] < dearest
     rows, columns = rows[good], columns[good]
     single = rows < tracks
     first[rows[single]] = columns[single]
