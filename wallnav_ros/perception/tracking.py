@@ -261,7 +261,8 @@ class Tracker:
         settings, table = self.settings, self._table
         gap = distances(table.position, table.position)
         leg = (table.radius < settings.leg_width / 2.0) & (table.pair < 0.3)
-        owned = leg & ((gap < settings.stride) & (gap > 0.0) & table.human & ~table.is_solid(settings)).any(axis=1)
+        walker = table.human & ~table.is_solid(settings)
+        owned = leg & ((gap < settings.stride) & (gap > 0.0) & walker).any(axis=1)
         # Of two that come forth together, the elder is the person (rows are in order of birth).
         likely = table.human | (table.motion > settings.human_odds)
         return owned | np.tril((gap < settings.abreast) & likely, -1).any(axis=1)
