@@ -38,9 +38,10 @@ def make_table(position, **columns):
 def make_detections(position, discs=None, **columns):
     """Return Detections at `position` (D, 2); `columns` (D, ...) or one for all."""
     position = np.asarray(position, dtype=float).reshape(-1, 2)
+    discs = make_discs(position) if discs is None else discs
     columns = {'noise': 0.03, 'radius': 0.2, 'count': 10, **columns}
     logical, shape = ('apart', 'leg'), {'hidden': (2,), 'sight': (2,)}
-    return Detections(position=position, discs=make_discs(position) if discs is None else discs, **{
+    return Detections(position=position, discs=discs, **{
         field.name: np.broadcast_to(np.asarray(
             columns.get(field.name, 0), dtype=bool if field.name in logical else None),
             (len(position), *shape.get(field.name, ()))).copy()

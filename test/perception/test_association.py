@@ -17,7 +17,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 import numpy as np
 import pytest
-from track_tables import make_detections, make_table
+from track_tables import make_detections, make_discs, make_table
 
 from wallnav_ros.perception.association import associate
 from wallnav_ros.perception.settings import TrackerSettings
@@ -119,6 +119,48 @@ def test_of_two_as_near_the_one_of_the_same_size_is_taken():
     table = make_table([[0.0, 0.0]], radius=0.3)
     found, _ = pairs(table, make_detections([[0.1, 0.0], [-0.1, 0.0]], radius=[0.05, 0.3]))
     assert found[0][0] == 1
+
+
+def test_who_is_known_goes_before_what_may_be_a_flicker():
+    # A new thing lies nearer to the only cluster than the one that has been seen for long.
+    tracks = [[0.0, 0.0], [0.15, 0.0]]
+    table = make_table(tracks, radius=0.2, score=[1.0, 0.4])
+    assert pairs(table, make_detections([[0.1, 0.0]]))[0] == [(0, -1), (-1, -1)]
+    table = make_table(tracks, radius=0.2, score=[1.0, 1.0])
+    assert pairs(table, make_detections([[0.1, 0.0]]))[0] == [(-1, -1), (0, -1)]
+
+
+def test_a_flake_next_to_a_person_does_not_take_their_leg():
+    # As in snow: the flake's track could have the leg, and the person's track the next flake.
+    person_and_flake = make_table([[0.0, 0.0], [0.3, 0.0]], human=[True, False],
+                                  motion=[3.0, 0.0], radius=[0.1, 0.01], score=[1.0, 0.4],
+                                  covariance=[0.03, 0.0, 1.0])
+    leg_and_flake = make_detections([[0.1, 0.0], [-0.3, 0.1]], radius=[0.07, 0.01], leg=True)
+    found, _ = pairs(person_and_flake, leg_and_flake)
+    assert 0 in found[0] and found[1] == (-1, -1)
+
+
+def test_the_track_of_a_speck_takes_a_leg_only_for_want_of_specks():
+    table = make_table([[0.0, 0.0]], radius=0.02)
+    found, _ = pairs(table, make_detections([[0.05, 0.0], [-0.1, 0.0]], radius=[0.07, 0.02]))
+    assert found == [(1, -1)]
+    assert pairs(table, make_detections([[0.05, 0.0]], radius=0.07))[0] == [(0, -1)]
+
+
+def test_a_solid_body_does_not_walk_on_two_legs():
+    legs = make_detections([[0.0, 0.12], [0.0, -0.12]], **LEG)
+    body = make_table([[0.0, 0.0]], motion=3.0, human=True, radius=0.3, roundness=1.0,
+                      covariance=[0.03, 0.0, 1.0])
+    found, left = pairs(body, legs)
+    assert found[0][1] == -1 and len(left) == 1
+
+
+def test_a_solid_body_is_looked_for_where_the_disc_is_not_where_its_visible_part_is():
+    # The cluster's middle lies 0.3 m beside the body of which it shows one side.
+    seen = make_detections([[0.3, 0.0]], discs=make_discs([[0.0, 0.0]], fits=True))
+    for roundness, found in ((1.0, [(0, -1)]), (0.5, [(-1, -1)])):
+        body = make_table([[0.0, 0.0]], radius=0.3, roundness=roundness)
+        assert pairs(body, seen)[0] == found
 
 
 @pytest.mark.parametrize('tracks, things', [(0, 0), (0, 3), (3, 0)])

@@ -52,6 +52,14 @@ def test_what_is_uncertain_gets_no_name_but_does_not_lose_it(doubt):
     assert label(motion=4.0, human=True, **doubt)
 
 
+def test_where_the_map_tells_the_walls_a_name_is_given_after_fewer_sightings():
+    table = make_table([[0.0, 0.0]], motion=4.0, **{**CERTAIN, 'hits': 0.4})
+    settle_labels(table, NOBODY_BARRED, SETTINGS)
+    assert not table.human[0]
+    settle_labels(table, NOBODY_BARRED, SETTINGS, mapped=True)
+    assert table.human[0]
+
+
 def test_who_is_barred_gets_no_name_but_does_not_lose_it():
     table = make_table(np.zeros((3, 2)), motion=4.0, human=[False, True, False], **CERTAIN)
     settle_labels(table, np.array([True, True, False]), SETTINGS)
@@ -124,6 +132,28 @@ def test_a_way_is_motion_and_one_leap_of_the_same_length_is_none():
     assert evidence(even) == pytest.approx(0.3)
     assert evidence(leap) == 0.0
     assert evidence(leap, leap_share=0.0) == pytest.approx(0.3)
+
+
+def slid(way, seen=True, discs=True):
+    """Return the log-odds after 0.1 s of a slow disc whose centre came by `way` m in a second."""
+    centres = np.full((1, TRAIL, 2), np.nan)
+    centres[0, 3:11] = [-way, 0.0]
+    table = make_table([[0.0, 0.0]], centres=centres, velocity=[0.1, 0.0], radius=0.3,
+                       centre=[0.0, 0.0] if seen else [np.nan, np.nan])
+    none = np.zeros(1)
+    weigh_motion(table, np.array([0]), none, none, none, none.astype(bool), none, 0.1, SETTINGS,
+                 discs=np.array([discs]))
+    return float(table.motion[0])
+
+
+def test_the_centre_of_a_disc_tells_a_step_of_ten_centimetres():
+    assert slid(0.11) == pytest.approx(0.1 * SETTINGS.disc_rate)
+    assert slid(0.09) == 0.0
+
+
+def test_a_disc_that_is_not_seen_all_across_tells_no_step():
+    assert slid(0.3, seen=False) == 0.0
+    assert slid(0.3, discs=False) == 0.0
 
 
 def test_what_moves_counts_for_nothing_where_its_surroundings_seem_to_move():

@@ -28,7 +28,7 @@ import numpy as np
 FRONT = np.pi / 4.0
 _LEAST_BEAMS = 5
 _STEPS = 3
-_STRIDE = 0.2       # m that one step may move a centre; a disc is found within its own width
+_STRIDE = 0.2       # m that one step may move a centre along an axis; it lies that near
 _LIMB = 0.03        # m of a radius that grazing beams do not show
 _SPREAD = 0.1       # m; standard deviation of the radius, given the width that is seen
 _DRIFT = 0.02       # m over root second; a body that turns shows another width
