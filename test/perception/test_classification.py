@@ -56,7 +56,7 @@ def test_where_the_map_tells_the_walls_a_name_is_given_after_fewer_sightings():
     table = make_table([[0.0, 0.0]], motion=4.0, **{**CERTAIN, 'hits': 0.4})
     settle_labels(table, NOBODY_BARRED, SETTINGS)
     assert not table.human[0]
-    settle_labels(table, NOBODY_BARRED, SETTINGS, mapped=True)
+    settle_labels(table, NOBODY_BARRED, SETTINGS, plain=np.ones(1, dtype=bool))
     assert table.human[0]
 
 
@@ -134,12 +134,16 @@ def test_a_way_is_motion_and_one_leap_of_the_same_length_is_none():
     assert evidence(leap, leap_share=0.0) == pytest.approx(0.3)
 
 
-def slid(way, seen=True, discs=True):
-    """Return the log-odds after 0.1 s of a slow disc whose centre came by `way` m in a second."""
-    centres = np.full((1, TRAIL, 2), np.nan)
-    centres[0, 3:11] = [-way, 0.0]
-    table = make_table([[0.0, 0.0]], centres=centres, velocity=[0.1, 0.0], radius=0.3,
-                       centre=[0.0, 0.0] if seen else [np.nan, np.nan])
+def slid(way, noise=0.0, seen=True, discs=True):
+    """Return the log-odds after 0.1 s of a slow disc whose centre came by `way` m in 0.8 s."""
+    centres = np.full((1, TRAIL + 1, 2), np.nan)
+    centres[0, :9] = np.linspace([0.0, 0.0], [-way, 0.0], 9)
+    # To and fro about that line: deviations of `noise` along and across.
+    centres[0, :9] += noise * np.array([[1, 1], [-1, 1], [0, -2]] * 3)
+    if not seen:
+        centres[0, 0] = np.nan
+    table = make_table([[0.0, 0.0]], centres=centres[:, 1:], centre=centres[:, 0],
+                       velocity=[0.1, 0.0], radius=0.3)
     none = np.zeros(1)
     weigh_motion(table, np.array([0]), none, none, none, none.astype(bool), none, 0.1, SETTINGS,
                  discs=np.array([discs]))
@@ -149,6 +153,13 @@ def slid(way, seen=True, discs=True):
 def test_the_centre_of_a_disc_tells_a_step_of_ten_centimetres():
     assert slid(0.11) == pytest.approx(0.1 * SETTINGS.disc_rate)
     assert slid(0.09) == 0.0
+
+
+def test_a_centre_that_jitters_by_as_much_tells_none():
+    # The line is 0.2 m long. With 0.05 m of noise its end is known to about 0.05 m, which
+    # is no fourth of it; with 0.01 m of noise it is known to 0.015 m.
+    assert slid(0.2, noise=0.05) == 0.0
+    assert slid(0.2, noise=0.01) > 0.0
 
 
 def test_a_disc_that_is_not_seen_all_across_tells_no_step():

@@ -39,7 +39,8 @@ EMPTY = ('negative_2', 'tamu_people_2024/03')
 MOST_IN_EMPTY = 0.05       # humans per scan where nobody is
 LONGEST_STRAY = 1.0        # s
 # (scenario, case, seeds, whether something is asked of it): the rest is to compare with.
-SIMULATED = (('cross_path', 'mixed', range(8), True), ('cross_path', 'mixed', range(200, 232), False),
+SIMULATED = (('cross_path', 'mixed', range(8), True),
+             ('cross_path', 'mixed', range(200, 232), False),
              ('curve_path', 'mixed', range(200, 232), False))
 
 

@@ -23,6 +23,9 @@ import numpy as np
 
 from wallnav_ros.world.geometry import distances
 
+_SURE = 4.0              # standard deviations; among dozens of things a second, chance goes to 3
+_CENTRE_NOISE = 0.015    # m; no disc is placed better, however well a few centres agree
+
 
 def weigh_motion(table, rows, still, fresh, moved_rate, vacated, gait, elapsed, settings,
                  leap_share=0.0, discs=False):
@@ -41,7 +44,7 @@ def weigh_motion(table, rows, still, fresh, moved_rate, vacated, gait, elapsed, 
     doubt = np.sqrt(table.covariance[rows, 0]) + settings.body_noise
     swift = np.hypot(*table.velocity[rows].T) > settings.walking_speed
     moved = swift & (gone > settings.walking_distance) & (gone > 3.0 * doubt)
-    slid = np.any(discs) and discs & (_slide(table, rows) > settings.disc_distance)
+    slid = np.any(discs) and discs & _have_slid(table, rows, settings)
     arrived = swift & (fresh > still) & (gone > 2.0 * doubt)
     earned = table.human[rows] & (
         (table.proof[rows] > settings.earned_proof) | (table.pair[rows] > 0.3))
@@ -68,12 +71,30 @@ def _way(table, rows, leap_share):
     return np.hypot(*(way[:, 0] - way[:, -1]).T) - leap_share * leap
 
 
-def _slide(table, rows):
-    """Return how far (K,) m the discs `rows` have come on their trail, 0 where nobody knows."""
-    known = np.isfinite(table.centres[rows, :, 0])
-    oldest = known.shape[1] - 1 - np.argmax(known[:, ::-1], axis=1)
-    way = table.centre[rows] - table.centres[rows, oldest]
-    return np.nan_to_num(np.hypot(*way.T))
+def _have_slid(table, rows, settings):
+    """
+    Return (K,) bool: the centres of the discs `rows` on their trail tell of a way.
+
+    A straight line through them is longer than `disc_distance`, and than _SURE standard deviations
+    of what their distances from it make of a thing that stands.
+    """
+    centres = np.concatenate((table.centre[rows, None], table.centres[rows]), axis=1)
+    known = np.isfinite(centres[..., 0])
+    count = known.sum(axis=1)
+    weight = known / np.maximum(count, 1)[:, None]
+    number = np.arange(centres.shape[1])
+    step = np.where(known, number - (weight @ number)[:, None], 0.0)
+    centres = np.where(known[..., None], centres, 0.0)
+    centres = centres - np.einsum('kt,ktd->kd', weight, centres)[:, None]
+    spread = np.maximum((step ** 2).sum(axis=1), 1e-6)
+    slope = np.einsum('kt,ktd->kd', step, centres) / spread[:, None]
+    apart = known[..., None] * (centres - slope[:, None] * step[..., None])
+    variance = (apart ** 2).sum(axis=(1, 2)) / np.maximum(2 * count - 4, 1)
+    doubt = np.sqrt(np.maximum(variance, _CENTRE_NOISE ** 2) / spread)
+    span = step.max(axis=1) - step.min(axis=1)
+    slope = np.hypot(slope[:, 0], slope[:, 1])
+    return (known[:, 0] & (count >= 3) & (slope * span > settings.disc_distance)
+            & (slope > _SURE * doubt))
 
 
 def find_gait(table, settings):
@@ -115,15 +136,15 @@ def weigh_gait(walking, still, certain, settings):
     return settings.gait_rate * (walking & (still < 0.5))
 
 
-def settle_labels(table, barred, settings, mapped=False):
+def settle_labels(table, barred, settings, plain=False):
     """
     Set the label `human` by `motion`, with hysteresis.
 
-    barred: (N,) bool, tracks that must not become human now. mapped: whether the map has taken
-    the walls out, of which tracks flicker.
+    barred: (N,) bool, tracks that must not become human now. plain: (N,) bool, there is nothing
+    around them but what the map has taken out, so that they do not flicker.
     """
     certain = (table.motion > settings.human_odds) & (table.score >= 1.0)
-    steady = table.hits > (0.3 if mapped else 0.6)
+    steady = table.hits > np.where(plain, 0.3, 0.6)
     certain &= (table.reach > settings.swing) & steady & (table.apart > 0.3)
     table.human |= certain & ~barred
     table.human &= table.motion > -settings.human_odds

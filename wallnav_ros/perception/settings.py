@@ -137,8 +137,8 @@ class TrackerSettings:
     second_leg_cost: float = 2.0
     """squared deviations; a leg of one's own goes before another's second."""
     mismatch_cost: float = 4.0
-    """squared deviations; walkers do not turn into furniture, nor specks into legs, and what is new
-    waits for what is known."""
+    """squared deviations; walkers do not turn into furniture, nor specks into legs, and what is
+    new waits for what is known."""
     size_cost: float = 0.5
     """squared deviations for each squared log ratio of sizes; legs merge and part."""
 

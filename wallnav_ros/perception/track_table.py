@@ -22,6 +22,8 @@ import numpy as np
 
 # Places remembered of each track, one every `trail_spacing` seconds.
 TRAIL = 16
+# Roundness of a track of which nobody knows whether it is a disc.
+UNJUDGED = 0.5
 
 
 class TrackTable:
@@ -98,7 +100,7 @@ class TrackTable:
                          (count, 1))
         fresh = {'id': np.arange(self._next, self._next + count), 'position': position,
                  'covariance': spread, 'steady_position': position, 'steady_covariance': spread,
-                 'radius': radius, 'roundness': np.full(count, 0.5), 'pair': pair,
+                 'radius': radius, 'roundness': np.full(count, UNJUDGED), 'pair': pair,
                  'born_at': position, 'place': position, 'seen': np.full(count, stamp),
                  'trail': np.repeat(position[:, None], TRAIL, axis=1),
                  'centre': np.full((count, 2), np.nan),

@@ -29,7 +29,7 @@ from wallnav_ros.perception.mapped_walls import lie_on_walls
 from wallnav_ros.perception.measuring import measure
 from wallnav_ros.perception.own_body import OwnBody
 from wallnav_ros.perception.settings import TrackerSettings
-from wallnav_ros.perception.track_table import TrackTable
+from wallnav_ros.perception.track_table import TrackTable, UNJUDGED
 from wallnav_ros.perception.visibility import look_up, make_view, ViewMemory
 from wallnav_ros.world.geometry import compose, distances, invert, rotate, to_parent
 from wallnav_ros.world.tracks import HUMAN, OBSTACLE, Tracks
@@ -190,29 +190,39 @@ class Tracker:
         weight = seen.count[one] + both * seen.count[two]
         shares = [(kind[one] * seen.count[one] + both * kind[two] * seen.count[two]) / weight
                   for kind in (seen.still, seen.fresh)]
+        plain, moved_rate, leap_share = (part[rows] for part in self._trust(mapped))
         # Where the map has taken the walls out, what stands beside is no wall.
-        apart = mapped | (seen.apart[one] & seen.apart[two])
+        apart = plain | (seen.apart[one] & seen.apart[two])
         table.apart[rows] += share * (apart - table.apart[rows])
         table.hits[rows] += share * (1.0 - table.hits[rows])
         vacated = look_up([view], scan, table.trail[rows, 6], 0.15, 0.2, 0.0)[0][0]
         gait = weigh_gait(find_gait(table, settings)[rows], shares[0], self._motion.certain,
                           settings)
-        moved_rate, leap_share = self._trust(mapped)
         weigh_motion(table, rows, *shares, moved_rate * apart, vacated, gait, elapsed, settings,
                      leap_share, found.disc & mapped)
-        settle_labels(table, self._crowded(), settings, mapped)
+        settle_labels(table, self._crowded(), settings, self._trust(mapped)[0])
 
     def _trust(self, mapped):
-        """Return (log-odds a second for what moves, share of a leap that may be a mix-up)."""
-        settings = self.settings
-        if mapped:
-            return settings.mapped_rate, 0.0
+        """
+        Return how far to believe a way that tracks have come: three arrays (N,).
+
+        Bool, they are discs in a place of which the map tells all the rest; log-odds a second for
+        what moves; the share of a leap that may be a mix-up.
+        """
+        settings, table = self.settings, self._table
+        # What is not round may be a piece of something that the map lacks; what nobody can tell
+        # yet, for it is small or far, is taken for round where most of the rest is.
+        judged = np.abs(table.roundness - UNJUDGED) > 0.01
+        known = table.roundness[judged & (table.score >= 1.0)]
+        common = len(known) >= 3 and known.mean() > settings.roundness
+        plain = mapped & np.where(judged, table.roundness > UNJUDGED + 0.05, common)
         # From a moving laser other sides of things are seen: that alone is no motion. And who
         # has only just begun to look does not know what flickers.
         watched = self._stamp - self._began >= settings.still_age
         stands = watched and self._motion.pace < 0.05
         sure = stands and self._motion.certain
-        return settings.moved_rate * stands, settings.leap_share * (not sure)
+        return (plain, np.where(plain, settings.mapped_rate, settings.moved_rate * stands),
+                np.where(plain | sure, 0.0, settings.leap_share))
 
     def _miss(self, missed, scan, view, elapsed):
         """Doubt `missed` (N,) tracks in places seen empty, and bury those unseen for too long."""
