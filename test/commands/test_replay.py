@@ -263,7 +263,7 @@ def test_a_real_drive_is_located_in_the_map_of_its_floor(shared_data, tmp_path):
     assert summary['scans'] == 354
     assert summary['left_out'] == {'scan: no odometry at its stamp': 3}
     # Two or three are there. Pieces of what the map lacks made it 14 once.
-    assert summary['people'] <= 8
+    assert summary['humans_seen'] <= 8
 
 
 def test_two_scanners_ask_for_a_choice(refused, shared_data):
