@@ -23,7 +23,7 @@ import numpy as np
 
 from wallnav_ros.world.geometry import distances
 
-_SURE = 4.0              # standard deviations; among dozens of things a second, chance goes to 3
+_SURE = 4.0              # standard deviations; dozens of things a second reach three by chance
 _CENTRE_NOISE = 0.015    # m; no disc is placed better, however well a few centres agree
 
 
