@@ -11,9 +11,7 @@
 # WITHOUT WARRANTIES OR CONDITIONS OF ANY KIND, either express or implied.
 # See the License for the specific language governing permissions and
 # limitations under the License.
-"""
-Where a track is, as one cluster, two legs or a disc show it, and how well that is known.
-"""
+"""Where a track is, as one cluster, two legs or a disc show it, and how well that is known."""
 
 from dataclasses import dataclass
 
