@@ -190,17 +190,17 @@ class Tracker:
         weight = seen.count[one] + both * seen.count[two]
         shares = [(kind[one] * seen.count[one] + both * kind[two] * seen.count[two]) / weight
                   for kind in (seen.still, seen.fresh)]
-        plain, moved_rate, leap_share = (part[rows] for part in self._trust(mapped))
+        plain, moved_rate, leap_share = self._trust(mapped)
         # Where the map has taken the walls out, what stands beside is no wall.
-        apart = plain | (seen.apart[one] & seen.apart[two])
+        apart = plain[rows] | (seen.apart[one] & seen.apart[two])
         table.apart[rows] += share * (apart - table.apart[rows])
         table.hits[rows] += share * (1.0 - table.hits[rows])
         vacated = look_up([view], scan, table.trail[rows, 6], 0.15, 0.2, 0.0)[0][0]
         gait = weigh_gait(find_gait(table, settings)[rows], shares[0], self._motion.certain,
                           settings)
-        weigh_motion(table, rows, *shares, moved_rate * apart, vacated, gait, elapsed, settings,
-                     leap_share, found.disc & mapped)
-        settle_labels(table, self._crowded(), settings, self._trust(mapped)[0])
+        weigh_motion(table, rows, *shares, moved_rate[rows] * apart, vacated, gait, elapsed,
+                     settings, leap_share[rows], found.disc & mapped)
+        settle_labels(table, self._crowded(), settings, plain)
 
     def _trust(self, mapped):
         """
